@@ -1,0 +1,3 @@
+-- rt: --srgb
+-- The scene of texture_cube, decoded and encoded.
+dofile 'texture_cube.lua'

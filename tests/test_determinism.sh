@@ -1,0 +1,24 @@
+#!/usr/bin/env bash
+# The number of threads and the build type change no byte of a picture: every scene of Assets, small.
+cd "$(dirname "$0")/.." && . tests/support/shell.sh
+# draws PROGRAM THREADS SCENE: the sum of all pictures that the scene writes, its own file names below the test's folder.
+draws() {
+    local folder=$TMP/out
+    rm -rf "$folder" && mkdir -p "$folder"
+    "$1" -q -t "$2" --size 128x128 -o "$folder/picture.png" "$3" >/dev/null && cat "$folder"/*.png | sha256sum
+}
+same() {
+    local first other
+    first=$(draws "$RT" 1 "$1") || { echo "it doesn't render"; return 1; }
+    for threads in 2 7 16; do
+        other=$(draws "$RT" $threads "$1")
+        [ "$first" = "$other" ] || { echo "-t $threads isn't -t 1"; return 1; }
+    done
+    other=$(draws build/debug/rt 2 "$1")
+    [ "$first" = "$other" ] || { echo "BUILD=debug isn't BUILD=release"; return 1; }
+}
+# A script that renders nothing is a part of other scenes.
+scenes=$(find Assets -name '*.lua' | sort | xargs grep -lE 'gr\.render|:render' )
+[ -n "$scenes" ] || not_ok "scenes" "there are none in Assets"
+for scene in $scenes; do check "$scene" same "$scene"; done
+finish
