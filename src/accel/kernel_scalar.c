@@ -1,0 +1,82 @@
+/* The reference kernel: one ray at a time through the tree of objects, in plain C. */
+#include "accel/accel.h"
+#include "accel/traverse.h"
+#include "scene/world.h"
+
+static Ray ray_to_object(const Object *object, const Ray *ray)
+{
+    if (object->in_world) return *ray;
+    return (Ray){affine_point(&object->to_object, ray->o), affine_vector(&object->to_object, ray->d), ray->tmin,
+                 ray->tmax};
+}
+
+typedef struct {
+    const World *world;
+    const Ray *ray;
+    SlabRay slab;
+    float tmax;
+    Hit hit;         /* of the nearest; hit.t is where the next one must end */
+    bool blocked;
+    Scratch *scratch;
+} Walk;
+
+static bool nearest_leaf(void *context, uint32_t first, uint32_t count)
+{
+    Walk *w = context;
+    for (uint32_t i = first; i < first + count; i++) {
+        uint32_t index = w->world->bvh.order[i];
+        const Object *object = &w->world->objects[index];
+        Ray local = ray_to_object(object, w->ray);
+        local.tmax = w->hit.t;
+        Hit hit;
+        if (!object->prim->ops->intersect(object->prim, &local, &hit, w->scratch)) continue;
+        if (hit.t == w->hit.t && index > w->hit.object) continue;
+        hit.object = index;
+        w->hit = hit;
+        w->tmax = slab_t_up(&w->slab, hit.t);
+    }
+    return true;
+}
+
+void world_intersect(const World *world, const Ray *rays, Hit *hits, size_t n, Scratch *scratch)
+{
+    for (size_t i = 0; i < n; i++) {
+        Walk w = {.world = world, .ray = &rays[i], .scratch = scratch};
+        w.hit = (Hit){.t = rays[i].tmax, .object = HIT_NONE};
+        slab_ray_init(&w.slab, &rays[i]);
+        w.tmax = slab_t_up(&w.slab, rays[i].tmax);
+        arena_reset(scratch->arena);
+        slab_walk(&world->bvh, &w.slab, fmaxf(0, slab_t_down(&w.slab, rays[i].tmin)), &w.tmax, nearest_leaf, &w);
+        hits[i] = w.hit;
+    }
+}
+
+static bool blocking_leaf(void *context, uint32_t first, uint32_t count)
+{
+    Walk *w = context;
+    for (uint32_t i = first; i < first + count; i++) {
+        const Object *object = &w->world->objects[w->world->bvh.order[i]];
+        const PrimOps *ops = object->prim->ops;
+        Ray local = ray_to_object(object, w->ray);
+        Hit hit;
+        bool hits = ops->occluded ? ops->occluded(object->prim, &local, w->scratch)
+                                  : ops->intersect(object->prim, &local, &hit, w->scratch);
+        if (hits) {
+            w->blocked = true;
+            return false;
+        }
+    }
+    return true;
+}
+
+void world_occluded(const World *world, const Ray *rays, bool *blocked, size_t n, Scratch *scratch)
+{
+    for (size_t i = 0; i < n; i++) {
+        Walk w = {.world = world, .ray = &rays[i], .scratch = scratch};
+        slab_ray_init(&w.slab, &rays[i]);
+        w.tmax = slab_t_up(&w.slab, rays[i].tmax);
+        arena_reset(scratch->arena);
+        slab_walk(&world->bvh, &w.slab, fmaxf(0, slab_t_down(&w.slab, rays[i].tmin)), &w.tmax, blocking_leaf, &w);
+        blocked[i] = w.blocked;
+    }
+}

@@ -1,0 +1,468 @@
+/* The triangle test is that of Woop, Benthin, Wald, "Watertight ray/triangle intersection" (JCGT 2013), in double
+ * precision: vertices are translated to the ray's origin and sheared so that the ray runs along an axis; three
+ * 2D edge functions decide. Their signs are made exact (a product that cancels to zero is looked at again without
+ * rounding), and a sign that is exactly zero is settled as if the ray were moved by an infinitesimal (e, e^2), as in
+ * Edelsbrunner, Muecke, "Simulation of simplicity" (1990). A sheared vertex depends on the ray and the vertex only, so
+ * a ray that meets a closed mesh at an edge or a vertex crosses exactly one of the triangles there on each way through:
+ * no leaks, no double hits, and parity is exact, as CSG needs. */
+#include "accel/mesh_prim.h"
+
+#include <stdlib.h>
+
+#include "accel/traverse.h"
+#include "common/numeric.h"
+
+enum { MAX_LEAF = 4 };
+
+/* Testing a triangle in double against testing eight boxes in float. */
+#define TRIANGLE_COST 0.6f
+
+typedef struct { const Mesh *mesh; uint32_t first; Affine to_object; } Source;  /* first: of its triangles in the set */
+
+typedef struct {
+    Prim prim;
+    const Vec3 *position;
+    const uint32_t (*triangle)[3];
+    uint32_t triangle_count;
+    Bvh bvh;
+    Box bounds;
+    Source *source;          /* in the order of their first triangle; one with the identity unless baked */
+    uint32_t source_count;
+    bool baked;
+    Vec3 *own_position;      /* baked: what position and triangle point at */
+    uint32_t (*own_triangle)[3];
+} MeshPrim;
+
+/* The ray along +z: x' = x - shear_x z and so on, axes permuted so that z is the direction's greatest component. */
+typedef struct { int kx, ky, kz; double sx, sy, sz; Vec3 o; } Shear;
+
+static Shear shear_of(const Ray *ray)
+{
+    Vec3 d = ray->d, a = vec3_abs(d);
+    Shear s;
+    s.kz = a.x >= a.y ? (a.x >= a.z ? 0 : 2) : (a.y >= a.z ? 1 : 2);
+    s.kx = (s.kz + 1) % 3;
+    s.ky = (s.kz + 2) % 3;
+    double dz = vec3_get(d, s.kz);
+    s.sx = vec3_get(d, s.kx) / dz;
+    s.sy = vec3_get(d, s.ky) / dz;
+    s.sz = 1.0 / dz;
+    s.o = ray->o;
+    return s;
+}
+
+typedef struct { double x, y, z; } Sheared;
+
+static inline Sheared shear(const Shear *s, const Vec3 *vertex)
+{
+    const double *p = &vertex->x, *o = &s->o.x;
+    double z = p[s->kz] - o[s->kz];
+    return (Sheared){p[s->kx] - o[s->kx] - s->sx * z, p[s->ky] - o[s->ky] - s->sy * z, z};
+}
+
+/* The sign of p.x q.y - p.y q.x for an exact difference of products whose roundings are equal, then by the
+ * infinitesimal shift (e, e^2) of the origin: -1, 0 (the edge is a point) or 1. Antisymmetric in p and q. */
+static int tie_sign(Sheared p, Sheared q)
+{
+    double a = p.x * q.y, b = p.y * q.x;
+    double ra = fma(p.x, q.y, -a), rb = fma(p.y, q.x, -b);
+    double d = ra - rb;
+    if (d == 0) d = p.y - q.y;
+    if (d == 0) d = q.x - p.x;
+    return (d > 0) - (d < 0);
+}
+
+/* Twice the signed area of the triangle (0, p, q); its sign, never wrong, in *sign. */
+static inline double edge_function(Sheared p, Sheared q, int *sign)
+{
+    double e = p.x * q.y - p.y * q.x;
+    *sign = e > 0 ? 1 : e < 0 ? -1 : tie_sign(p, q);
+    return e;
+}
+
+/* t and the weights of the second and third vertex. On an edge that is seen end on nothing is hit. */
+static inline bool hit_triangle(const Shear *s, const Vec3 *a, const Vec3 *b, const Vec3 *c, double *t, double *u,
+                                double *v, int *facing)
+{
+    Sheared A = shear(s, a), B = shear(s, b), C = shear(s, c);
+    int su, sv, sw;
+    double eu = edge_function(C, B, &su);
+    double ev = edge_function(A, C, &sv);
+    if (su != sv) return false;
+    double ew = edge_function(B, A, &sw);
+    if (su != sw || su == 0) return false;
+    double det = eu + ev + ew;
+    if (det == 0) {  /* the origin's shift decided all three: the triangle is seen edge on, or all but */
+        *u = *v = 1.0 / 3;
+        *t = (A.z + B.z + C.z) / 3 * s->sz;
+    } else {
+        double r = 1.0 / det;
+        *u = ev * r;
+        *v = ew * r;
+        *t = (eu * A.z + ev * B.z + ew * C.z) * r * s->sz;
+    }
+    *facing = su;
+    return true;
+}
+
+typedef struct {
+    const MeshPrim *mesh;
+    Shear shear;
+    SlabRay slab;
+    float tmax_slab;
+    double tmin, tmax;
+    Hit hit;
+    bool found;
+} Walk;
+
+static Walk walk_of(const MeshPrim *mesh, const Ray *ray)
+{
+    Walk w = {.mesh = mesh, .tmin = ray->tmin, .tmax = ray->tmax};
+    w.shear = shear_of(ray);
+    slab_ray_init(&w.slab, ray);
+    w.tmax_slab = slab_t_up(&w.slab, ray->tmax);
+    return w;
+}
+
+static inline bool test_triangle(const Walk *w, uint32_t index, double *t, double *u, double *v)
+{
+    const uint32_t *k = w->mesh->triangle[index];
+    const Vec3 *p = w->mesh->position;
+    int facing;
+    return hit_triangle(&w->shear, &p[k[0]], &p[k[1]], &p[k[2]], t, u, v, &facing) && *t > w->tmin && *t <= w->tmax;
+}
+
+static bool nearest_leaf(void *context, uint32_t first, uint32_t count)
+{
+    Walk *w = context;
+    for (uint32_t i = first; i < first + count; i++) {
+        uint32_t index = w->mesh->bvh.order[i];
+        double t, u, v;
+        if (!test_triangle(w, index, &t, &u, &v)) continue;
+        if (w->found && t == w->tmax && index > w->hit.part) continue;
+        w->hit = (Hit){.t = t, .u = u, .v = v, .part = index};
+        w->found = true;
+        w->tmax = t;
+        w->tmax_slab = slab_t_up(&w->slab, t);
+    }
+    return true;
+}
+
+/* The source of a triangle: the last one that doesn't begin after it. */
+static uint32_t source_of(const MeshPrim *mesh, uint32_t triangle)
+{
+    uint32_t low = 0, high = mesh->source_count;
+    while (high - low > 1) {
+        uint32_t mid = low + (high - low) / 2;
+        if (mesh->source[mid].first <= triangle)
+            low = mid;
+        else
+            high = mid;
+    }
+    return low;
+}
+
+static bool mesh_intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scratch)
+{
+    (void)scratch;
+    const MeshPrim *mesh = (const MeshPrim *)prim;
+    Walk w = walk_of(mesh, ray);
+    slab_walk(&mesh->bvh, &w.slab, fmaxf(0, slab_t_down(&w.slab, ray->tmin)), &w.tmax_slab, nearest_leaf, &w);
+    if (!w.found) return false;
+    *hit = w.hit;
+    hit->leaf = source_of(mesh, hit->part);
+    return true;
+}
+
+static bool any_leaf(void *context, uint32_t first, uint32_t count)
+{
+    Walk *w = context;
+    for (uint32_t i = first; i < first + count; i++) {
+        double t, u, v;
+        if (test_triangle(w, w->mesh->bvh.order[i], &t, &u, &v)) {
+            w->found = true;
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool mesh_occluded(const Prim *prim, const Ray *ray, Scratch *scratch)
+{
+    (void)scratch;
+    const MeshPrim *mesh = (const MeshPrim *)prim;
+    Walk w = walk_of(mesh, ray);
+    slab_walk(&mesh->bvh, &w.slab, fmaxf(0, slab_t_down(&w.slab, ray->tmin)), &w.tmax_slab, any_leaf, &w);
+    return w.found;
+}
+
+/* All crossings of a line, for CSG. `entering` by the triangle's orientation. */
+typedef struct { Edge edge; bool entering; } Crossing;
+
+typedef struct {
+    Walk walk;
+    const Ray *ray;
+    Crossing *crossing;
+    uint32_t count, capacity;
+    Scratch *scratch;
+} LineWalk;
+
+static Vec3 triangle_normal(const Vec3 *a, const Vec3 *b, const Vec3 *c)
+{
+    return vec3_cross(vec3_sub(*b, *a), vec3_sub(*c, *a));
+}
+
+/* Bound on the error of t: the vertices relative to the origin carry one rounding, their shear two more, and the weights
+ * move the point within the plane; so the point is off the plane by a few roundings of the coordinates that took part,
+ * and of the origin's distance, which the normal's share of the direction turns into an error of t. */
+static double t_bound(const Ray *ray, const Vec3 *a, const Vec3 *b, const Vec3 *c, Vec3 n)
+{
+    Vec3 o = ray->o;
+    Vec3 reach = vec3_add(vec3_add(vec3_abs(vec3_sub(*a, o)), vec3_abs(vec3_sub(*b, o))), vec3_abs(vec3_sub(*c, o)));
+    double r = vec3_max(reach);
+    double across = fabs(vec3_dot(n, ray->d));
+    double off = GAMMA(16) * r * (fabs(n.x) + fabs(n.y) + fabs(n.z));
+    return across > 0 ? off / across : INFINITY;
+}
+
+static bool line_leaf(void *context, uint32_t first, uint32_t count)
+{
+    LineWalk *w = context;
+    for (uint32_t i = first; i < first + count; i++) {
+        uint32_t index = w->walk.mesh->bvh.order[i];
+        const uint32_t *k = w->walk.mesh->triangle[index];
+        const Vec3 *p = w->walk.mesh->position;
+        double t, u, v;
+        int facing;
+        if (!hit_triangle(&w->walk.shear, &p[k[0]], &p[k[1]], &p[k[2]], &t, &u, &v, &facing)) continue;
+        if (w->count == w->capacity) {
+            uint32_t capacity = w->capacity ? 2 * w->capacity : 16;
+            Crossing *c = arena_alloc(w->scratch->arena, capacity * sizeof *c);
+            if (!c) {
+                w->scratch->out_of_memory = true;
+                return false;
+            }
+            if (w->count) memcpy(c, w->crossing, w->count * sizeof *c);
+            w->crossing = c;
+            w->capacity = capacity;
+        }
+        Vec3 n = triangle_normal(&p[k[0]], &p[k[1]], &p[k[2]]);
+        double err = t_bound(w->ray, &p[k[0]], &p[k[1]], &p[k[2]], n);
+        bool entering = (w->walk.shear.sz > 0) == (facing > 0);
+        w->crossing[w->count++] = (Crossing){{.t = t, .t_err = err, .n = n, .u = u, .v = v, .part = index}, entering};
+    }
+    return true;
+}
+
+static int by_t(const void *a, const void *b)
+{
+    const Crossing *p = a, *q = b;
+    if (p->edge.t != q->edge.t) return p->edge.t < q->edge.t ? -1 : 1;
+    if (p->entering != q->entering) return p->entering ? -1 : 1;
+    return (p->edge.part > q->edge.part) - (p->edge.part < q->edge.part);
+}
+
+/* Inside is where the winding number isn't zero, so parts that overlap are one solid and a mesh that is inside out is
+ * a solid too. */
+static bool mesh_segments(const Prim *prim, const Ray *ray, SegList *list)
+{
+    const MeshPrim *mesh = (const MeshPrim *)prim;
+    /* The walk goes forward only: it starts far enough back, at the box's farthest point from the origin. */
+    double reach = 0, step = vec3_max(vec3_abs(ray->d));
+    for (int a = 0; a < 3; a++) {
+        double o = vec3_get(ray->o, a);
+        reach = fmax(reach, fmax(fabs(o - vec3_get(mesh->bounds.lo, a)), fabs(o - vec3_get(mesh->bounds.hi, a))));
+    }
+    double back = 4 * reach / step;
+    Ray whole = *ray;
+    whole.o = vec3_at(ray->o, -back, ray->d);
+    LineWalk w = {.walk = walk_of(mesh, ray), .ray = ray, .scratch = list->scratch};
+    slab_ray_init(&w.walk.slab, &whole);
+    /* whole.o is off the line by a rounding of its coordinates, about that of its float form; the boxes allow for more */
+    for (int a = 0; a < 3; a++) {
+        float slack = (float)(fabs(vec3_get(whole.o, a)) + reach) * 0x1p-22f;
+        w.walk.slab.o_near[a] += w.walk.slab.negative[a] ? -slack : slack;
+        w.walk.slab.o_far[a] += w.walk.slab.negative[a] ? slack : -slack;
+    }
+    w.walk.tmax_slab = INFINITY;
+    slab_walk(&mesh->bvh, &w.walk.slab, 0, &w.walk.tmax_slab, line_leaf, &w);
+    if (list->scratch->out_of_memory) return false;
+    if (w.count) qsort(w.crossing, w.count, sizeof *w.crossing, by_t);
+    int depth = 0;
+    const Edge *in = NULL;
+    for (uint32_t i = 0; i < w.count; i++) {
+        int before = depth;
+        depth += w.crossing[i].entering ? 1 : -1;
+        if (before == 0) in = &w.crossing[i].edge;
+        if (depth == 0 && !seg_list_add(list, *in, w.crossing[i].edge)) return false;
+    }
+    return true;
+}
+
+static Box mesh_prim_bounds(const Prim *prim) { return ((const MeshPrim *)prim)->bounds; }
+
+static void texture_uv(const Mesh *mesh, uint32_t triangle, const double w[3], double *u, double *v)
+{
+    const uint32_t *k = mesh->triangle_uv ? mesh->triangle_uv[triangle] : NULL;
+    if (!k || k[0] == UINT32_MAX || k[1] == UINT32_MAX || k[2] == UINT32_MAX) {
+        *u = w[1];
+        *v = w[2];
+        return;
+    }
+    *u = *v = 0;
+    for (int i = 0; i < 3; i++) {
+        *u += w[i] * (double)mesh->uv[k[i]][0];
+        *v += w[i] * (double)mesh->uv[k[i]][1];
+    }
+}
+
+/* The interpolated normal in the mesh's own space; false if there is none. */
+static bool interpolated_normal(const Mesh *mesh, uint32_t triangle, const double w[3], Vec3 *n)
+{
+    const uint32_t *k = mesh->triangle_normal ? mesh->triangle_normal[triangle] : NULL;
+    if (!k || k[0] == UINT32_MAX || k[1] == UINT32_MAX || k[2] == UINT32_MAX) return false;
+    Vec3 sum = {0, 0, 0};
+    for (int i = 0; i < 3; i++) {
+        const float *f = mesh->normal[k[i]];
+        sum = vec3_at(sum, w[i], vec3_make((double)f[0], (double)f[1], (double)f[2]));
+    }
+    *n = sum;
+    return vec3_max(vec3_abs(sum)) > 0;
+}
+
+static void mesh_surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *s)
+{
+    (void)ray;
+    const MeshPrim *mesh = (const MeshPrim *)prim;
+    const uint32_t *k = mesh->triangle[hit->part];
+    const Vec3 *a = &mesh->position[k[0]], *b = &mesh->position[k[1]], *c = &mesh->position[k[2]];
+    const double w[3] = {1 - hit->u - hit->v, hit->u, hit->v};
+    s->p = vec3_add(vec3_add(vec3_scale(*a, w[0]), vec3_scale(*b, w[1])), vec3_scale(*c, w[2]));
+    /* Weights, products and sums take 7 roundings (pbrt, 3rd ed., 3.9.4). A ray that leaves from here computes its t to
+     * this triangle from differences of the vertices with about as many again, of twice the size; both are covered, or
+     * it could meet the triangle at once. */
+    Vec3 size = vec3_make(fmax(fabs(a->x), fmax(fabs(b->x), fabs(c->x))), fmax(fabs(a->y), fmax(fabs(b->y), fabs(c->y))),
+                          fmax(fabs(a->z), fmax(fabs(b->z), fabs(c->z))));
+    double extent = vec3_max(size);
+    s->p_err = vec3_scale(vec3_add(size, vec3_make(extent, extent, extent)), GAMMA(16));
+    s->n = triangle_normal(a, b, c);
+    const Source *source = &mesh->source[hit->leaf];
+    uint32_t triangle = hit->part - source->first;
+    texture_uv(source->mesh, triangle, w, &s->u, &s->v);
+    if (!interpolated_normal(source->mesh, triangle, w, &s->ns))
+        s->ns = s->n;
+    else if (mesh->baked)
+        s->ns = affine_normal(&source->to_object, s->ns);
+}
+
+static void mesh_prim_destroy(Prim *prim)
+{
+    MeshPrim *mesh = (MeshPrim *)prim;
+    bvh_free(&mesh->bvh);
+    free(mesh->source);
+    free(mesh->own_position);
+    free(mesh->own_triangle);
+    free(mesh);
+}
+
+static const PrimOps open_ops = {
+    .name = "mesh",
+    .bounds = mesh_prim_bounds,
+    .intersect = mesh_intersect,
+    .occluded = mesh_occluded,
+    .surface = mesh_surface,
+    .destroy = mesh_prim_destroy,
+};
+
+static const PrimOps closed_ops = {
+    .name = "mesh",
+    .closed = true,
+    .bounds = mesh_prim_bounds,
+    .intersect = mesh_intersect,
+    .occluded = mesh_occluded,
+    .segments = mesh_segments,
+    .surface = mesh_surface,
+    .destroy = mesh_prim_destroy,
+};
+
+static bool build(MeshPrim *mesh, Err *err)
+{
+    BoxF *box = malloc((mesh->triangle_count + (size_t)1) * sizeof *box);
+    if (!box) return err_memory(err, "a mesh");
+    mesh->bounds = box_empty();
+    for (uint32_t i = 0; i < mesh->triangle_count; i++) {
+        Box b = box_empty();
+        for (int j = 0; j < 3; j++) b = box_add_point(b, mesh->position[mesh->triangle[i][j]]);
+        box[i] = boxf_from_box(b);
+        mesh->bounds = box_union(mesh->bounds, b);
+    }
+    bool ok = bvh_build(&mesh->bvh, box, mesh->triangle_count, MAX_LEAF, TRIANGLE_COST, err);
+    free(box);
+    return ok;
+}
+
+Prim *mesh_prim_create(const Mesh *mesh, bool closed, Err *err)
+{
+    MeshPrim *p = calloc(1, sizeof *p);
+    Source *source = calloc(1, sizeof *source);
+    if (!p || !source) {
+        free(p);
+        free(source);
+        err_memory(err, "a mesh");
+        return NULL;
+    }
+    p->prim.ops = closed ? &closed_ops : &open_ops;
+    p->position = mesh->position;
+    p->triangle = (const uint32_t (*)[3])mesh->triangle;
+    p->triangle_count = mesh->triangle_count;
+    *source = (Source){mesh, 0, affine_identity()};
+    p->source = source;
+    p->source_count = 1;
+    if (!build(p, err)) {
+        mesh_prim_destroy(&p->prim);
+        return NULL;
+    }
+    return &p->prim;
+}
+
+Prim *mesh_prim_bake(const BakedMesh *baked, uint32_t count, Err *err)
+{
+    size_t positions = 0, triangles = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        positions += baked[i].mesh->position_count;
+        triangles += baked[i].mesh->triangle_count;
+    }
+    MeshPrim *p = calloc(1, sizeof *p);
+    if (!p) goto fail;
+    p->prim.ops = &open_ops;
+    p->baked = true;
+    p->source = calloc(count + (size_t)1, sizeof *p->source);
+    p->own_position = malloc((positions + 1) * sizeof *p->own_position);
+    p->own_triangle = malloc((triangles + 1) * sizeof *p->own_triangle);
+    if (!p->source || !p->own_position || !p->own_triangle || positions > UINT32_MAX || triangles > UINT32_MAX) goto fail;
+    p->position = p->own_position;
+    p->triangle = (const uint32_t (*)[3])p->own_triangle;
+    p->source_count = count;
+    uint32_t position_count = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        const Mesh *mesh = baked[i].mesh;
+        p->source[i] = (Source){mesh, p->triangle_count, baked[i].to_object};
+        for (uint32_t j = 0; j < mesh->triangle_count; j++)
+            for (int k = 0; k < 3; k++)
+                p->own_triangle[p->triangle_count + j][k] = position_count + mesh->triangle[j][k];
+        for (uint32_t j = 0; j < mesh->position_count; j++)
+            p->own_position[position_count + j] = affine_point(&baked[i].to_world, mesh->position[j]);
+        p->triangle_count += mesh->triangle_count;
+        position_count += mesh->position_count;
+    }
+    if (!build(p, err)) {
+        mesh_prim_destroy(&p->prim);
+        return NULL;
+    }
+    return &p->prim;
+
+fail:
+    if (p) mesh_prim_destroy(&p->prim);
+    err_memory(err, "the baked meshes");
+    return NULL;
+}

@@ -1,0 +1,23 @@
+/* Meshes as primitives: triangles in double precision under a BVH, watertight and hit exactly once. */
+#ifndef RT_ACCEL_MESH_PRIM_H
+#define RT_ACCEL_MESH_PRIM_H
+
+#include "common/affine.h"
+#include "common/err.h"
+#include "node/primitive/mesh.h"
+#include "node/primitive/prim.h"
+
+/* A mesh in its own space; borrows the mesh. `closed`: the caller has seen mesh_is_closed, so it may be a CSG operand.
+ * NULL and *err (ERR_LIMIT) without memory. */
+Prim *mesh_prim_create(const Mesh *mesh, bool closed, Err *err);
+
+/* Several meshes, each with its matrix, baked into one set in the space that the matrices lead to. Hit.leaf is the
+ * index of the mesh among them. Borrows the meshes' normals and texture coordinates. */
+typedef struct {
+    const Mesh *mesh;
+    Affine to_world, to_object;
+} BakedMesh;
+
+Prim *mesh_prim_bake(const BakedMesh *mesh, uint32_t count, Err *err);
+
+#endif

@@ -1,0 +1,146 @@
+/* Walking a Bvh with one ray, in plain C; what is done with a leaf's items is the caller's, inlined.
+ *
+ * Box tests are in float and generous: the origin is rounded both ways, the reciprocal direction is shrunk for the near
+ * planes and stretched for the far ones by the rounding of the difference, the reciprocal and the product, so an entry
+ * distance is never above, an exit distance never below the true one. */
+#ifndef RT_ACCEL_TRAVERSE_H
+#define RT_ACCEL_TRAVERSE_H
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "accel/bvh.h"
+#include "common/ray.h"
+
+/* Distances are in units of 1 / scale: the direction is multiplied by the power of two `scale`, so that it is about 1
+ * and float reaches. */
+typedef struct {
+    float o_near[3], o_far[3], r_near[3], r_far[3];
+    uint32_t negative[3];
+    double scale;
+} SlabRay;
+
+/* Four float roundings (difference, direction, reciprocal, product), 2^-24 each, and one to spare. */
+#define SLAB_MARGIN (5 * 0x1p-24f)
+
+/* A direction component below this, beside a greatest one of 1 to 2, counts as zero for the boxes. Over a distance of
+ * 2^20 times the origin's reach it moves a ray by less than SLAB_SLACK of that reach. */
+#define SLAB_PARALLEL 0x1p-80f
+#define SLAB_SLACK 0x1p-60f
+
+/* A power of two s with s * |greatest component of d| in [1, 2) for any normal one; exact. */
+static inline double slab_scale(Vec3 d)
+{
+    double m = vec3_max(vec3_abs(d));
+    uint64_t bits;
+    memcpy(&bits, &m, sizeof bits);
+    uint64_t exponent = bits >> 52;
+    if (exponent < 1 || exponent > 2045) return vec3_pow2_scale(d);
+    bits = (2046 - exponent) << 52;
+    memcpy(&m, &bits, sizeof m);
+    return m;
+}
+
+static inline float slab_up(float f) { return f + fabsf(f) * 0x1p-23f + 0x1p-126f; }
+static inline float slab_down(float f) { return f - fabsf(f) * 0x1p-23f - 0x1p-126f; }
+
+static inline void slab_ray_init(SlabRay *r, const Ray *ray)
+{
+    r->scale = slab_scale(ray->d);
+    float reach = (float)vec3_max(vec3_abs(ray->o));
+    const double o[3] = {ray->o.x, ray->o.y, ray->o.z}, d[3] = {ray->d.x, ray->d.y, ray->d.z};
+    for (int a = 0; a < 3; a++) {
+        float of = (float)o[a], df = (float)(d[a] * r->scale);
+        float low = slab_down(of), high = slab_up(of);
+        if (fabsf(df) < SLAB_PARALLEL) {
+            df = copysignf(SLAB_PARALLEL, df);
+            low -= SLAB_SLACK * reach;
+            high += SLAB_SLACK * reach;
+        }
+        float rcp = 1.0f / df;
+        r->negative[a] = df < 0;
+        r->o_near[a] = df < 0 ? low : high;
+        r->o_far[a] = df < 0 ? high : low;
+        r->r_near[a] = rcp * (1 - SLAB_MARGIN);
+        r->r_far[a] = rcp * (1 + SLAB_MARGIN);
+    }
+}
+
+/* t of the ray in the slab's units, rounded up and down. */
+static inline float slab_t_up(const SlabRay *r, double t) { return slab_up((float)(t / r->scale)); }
+static inline float slab_t_down(const SlabRay *r, double t) { return slab_down((float)(t / r->scale)); }
+
+/* The children whose boxes the ray meets within [tmin, tmax] as a mask, their entry distances in entry[]. tmin >= 0. */
+static inline uint32_t slab_children(const BvhNode *node, const SlabRay *r, float tmin, float tmax,
+                                     float entry[BVH_WIDTH])
+{
+    const float *near[3], *far[3];
+    for (int a = 0; a < 3; a++) {
+        near[a] = r->negative[a] ? node->hi[a] : node->lo[a];
+        far[a] = r->negative[a] ? node->lo[a] : node->hi[a];
+    }
+    float leave[BVH_WIDTH];
+    for (int i = 0; i < BVH_WIDTH; i++) {
+        float x = (near[0][i] - r->o_near[0]) * r->r_near[0];
+        float y = (near[1][i] - r->o_near[1]) * r->r_near[1];
+        float z = (near[2][i] - r->o_near[2]) * r->r_near[2];
+        float m = x > y ? x : y, k = z > tmin ? z : tmin;
+        entry[i] = m > k ? m : k;
+    }
+    for (int i = 0; i < BVH_WIDTH; i++) {
+        float x = (far[0][i] - r->o_far[0]) * r->r_far[0];
+        float y = (far[1][i] - r->o_far[1]) * r->r_far[1];
+        float z = (far[2][i] - r->o_far[2]) * r->r_far[2];
+        float m = x < y ? x : y, k = z < tmax ? z : tmax;
+        leave[i] = m < k ? m : k;
+    }
+    uint32_t mask = 0;
+    for (uint32_t i = 0; i < BVH_WIDTH; i++) mask |= (uint32_t)(entry[i] <= leave[i]) << i;
+    return mask;
+}
+
+/* A subtree or leaf that waits for its turn. */
+typedef struct { float entry; uint32_t child; uint32_t count; } SlabTask;
+
+enum { SLAB_STACK = (BVH_WIDTH - 1) * BVH_MAX_DEPTH + BVH_WIDTH };
+
+/* Visits the leaves that the ray meets, nearer ones first. `leaf` gets the positions [first, first + count) of
+ * bvh->order and returns false to end the walk; it may lower *tmax (in units of slab_t_up) as hits are found. */
+static inline __attribute__((always_inline)) void slab_walk(const Bvh *bvh, const SlabRay *r, float tmin, float *tmax,
+                                                            bool (*leaf)(void *, uint32_t first, uint32_t count),
+                                                            void *context)
+{
+    if (!bvh->node) return;
+    SlabTask stack[SLAB_STACK];
+    uint32_t top = 0;
+    SlabTask now = {0, 0, 0};
+    for (;;) {
+        if (now.count) {
+            if (!leaf(context, now.child, now.count)) return;
+        } else {
+            const BvhNode *node = &bvh->node[now.child];
+            float entry[BVH_WIDTH];
+            uint32_t mask = slab_children(node, r, tmin, *tmax, entry);
+            uint32_t bottom = top;
+            while (mask) {
+                uint32_t i = (uint32_t)__builtin_ctz(mask);
+                mask &= mask - 1;
+                SlabTask task = {entry[i], node->child[i], node->count[i]};
+                uint32_t k = top++;
+                while (k > bottom && stack[k - 1].entry < task.entry) {  /* the nearest ends on top */
+                    stack[k] = stack[k - 1];
+                    k--;
+                }
+                stack[k] = task;
+            }
+        }
+        do {
+            if (top == 0) return;
+            now = stack[--top];
+        } while (now.entry > *tmax);
+    }
+}
+
+#endif

@@ -1,0 +1,62 @@
+/* Affine maps p -> A p + b in double precision: three rows of four, the last column is b.
+ * A point is a column vector; affine_mul(a, b) applies b first. */
+#ifndef RT_COMMON_AFFINE_H
+#define RT_COMMON_AFFINE_H
+
+#include <stdbool.h>
+
+#include "common/box.h"
+#include "common/vec.h"
+
+typedef struct { double m[3][4]; } Affine;
+
+Affine affine_identity(void);
+Affine affine_scale(double x, double y, double z);
+Affine affine_translate(double x, double y, double z);
+
+/* Rotation about axis 0, 1 or 2 (x, y, z) by an angle in degrees, counter-clockwise seen against the axis;
+ * multiples of 90 degrees are exact. */
+Affine affine_rotate(int axis, double deg);
+
+Affine affine_mul(const Affine *a, const Affine *b);
+
+/* The same map with its result multiplied by 2^exponent. */
+Affine affine_ldexp(const Affine *a, int exponent);
+
+/* False if the linear part is singular or the inverse can't be represented; *inverse is untouched then.
+ * Rows and columns are balanced by powers of two first, so scales of 1e-150 or 1e150 lose nothing. */
+bool affine_inverse(const Affine *a, Affine *inverse);
+
+/* The sign of the determinant's balanced form is negative: the map mirrors. */
+bool affine_mirrors(const Affine *a);
+
+/* The smallest box around the image of a box, rounded outward. */
+Box affine_box(const Affine *a, Box box);
+
+static inline Vec3 affine_point(const Affine *a, Vec3 p)
+{
+    return vec3_make(a->m[0][0] * p.x + a->m[0][1] * p.y + a->m[0][2] * p.z + a->m[0][3],
+                a->m[1][0] * p.x + a->m[1][1] * p.y + a->m[1][2] * p.z + a->m[1][3],
+                a->m[2][0] * p.x + a->m[2][1] * p.y + a->m[2][2] * p.z + a->m[2][3]);
+}
+
+static inline Vec3 affine_vector(const Affine *a, Vec3 v)
+{
+    return vec3_make(a->m[0][0] * v.x + a->m[0][1] * v.y + a->m[0][2] * v.z,
+                a->m[1][0] * v.x + a->m[1][1] * v.y + a->m[1][2] * v.z,
+                a->m[2][0] * v.x + a->m[2][1] * v.y + a->m[2][2] * v.z);
+}
+
+/* A normal is carried by the transposed inverse: pass the inverse of the map that moves the points. */
+static inline Vec3 affine_normal(const Affine *inverse, Vec3 n)
+{
+    return vec3_make(inverse->m[0][0] * n.x + inverse->m[1][0] * n.y + inverse->m[2][0] * n.z,
+                inverse->m[0][1] * n.x + inverse->m[1][1] * n.y + inverse->m[2][1] * n.z,
+                inverse->m[0][2] * n.x + inverse->m[1][2] * n.y + inverse->m[2][2] * n.z);
+}
+
+/* Bound, per component, on the error of affine_point(a, p) when p itself is off by at most p_err:
+ * |A| p_err + gamma_4 (|A| |p| + |b|), Higham 2002, section 3.5. */
+Vec3 affine_point_error(const Affine *a, Vec3 p, Vec3 p_err);
+
+#endif

@@ -1,0 +1,48 @@
+/* The table of operations that every primitive fills in.
+ *
+ * A primitive works in its own object space, never assumes a unit direction and never renormalises one (it may scale a
+ * direction by an exact power of two if it undoes that in t). After it is built it is const and shared by all threads. */
+#ifndef RT_NODE_PRIMITIVE_PRIM_H
+#define RT_NODE_PRIMITIVE_PRIM_H
+
+#include <stdbool.h>
+
+#include "common/box.h"
+#include "common/ray.h"
+#include "common/scratch.h"
+#include "node/csg/segment.h"
+
+typedef struct Prim Prim;
+typedef struct PrimOps PrimOps;
+
+struct Prim { const PrimOps *ops; };
+
+struct PrimOps {
+    const char *name;  /* "torus": messages, statistics */
+    bool closed;       /* bounds a solid: may be a CSG operand (a mesh: see mesh_prim.h) */
+
+    Box (*bounds)(const Prim *);
+
+    /* The nearest hit with tmin < t <= tmax: fills t, u, v, leaf (0 unless it has several shadings) and part of *hit
+     * and returns true; otherwise leaves *hit alone. The t of one surface point is the same from intersect, segments
+     * and occluded. */
+    bool (*intersect)(const Prim *, const Ray *, Hit *hit, Scratch *);
+
+    /* Any hit with tmin < t <= tmax. NULL: by way of intersect. */
+    bool (*occluded)(const Prim *, const Ray *, Scratch *);
+
+    /* Every in/out pair along the whole line, t from -infinity to infinity, in order, appended to the list (tmin and
+     * tmax are ignored). Only for closed primitives, NULL otherwise. False without memory. */
+    bool (*segments)(const Prim *, const Ray *, SegList *);
+
+    /* Point, normals, texture coordinates and error bound at a hit that intersect or segments gave on this very ray. */
+    void (*surface)(const Prim *, const Ray *, const Hit *, Surface *);
+
+    /* Releases what prim_destroy must; NULL: free() is enough. */
+    void (*destroy)(Prim *);
+};
+
+/* Frees a primitive made by one of the *_create functions. NULL is allowed. */
+void prim_destroy(Prim *prim);
+
+#endif

@@ -1,0 +1,201 @@
+#include "render.h"
+
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/cpu.h"
+#include "render/sample.h"
+#include "render/shade.h"
+
+/* Pixels of a tile's side: a tile's samples share the upper nodes of the BVH, and a 512 x 512 picture has 1,024 of them
+ * to spread over threads. */
+enum { TILE = 16 };
+
+typedef struct {
+    const World *world;
+    const RenderSettings *settings;
+    uint8_t *rgb;
+    uint32_t tiles_x, tiles_y;
+    atomic_uint next;        /* tile to be taken */
+    atomic_bool failed;      /* out of memory: no more tiles */
+} Job;
+
+typedef struct {
+    Job *job;
+    pthread_t thread;
+    Shader *shader;
+    Scratch scratch;
+    RenderStats stats;
+    bool reports;            /* calls settings->progress */
+    /* The stream being filled: its samples belong to the tile's pixels in order. */
+    Ray ray[STREAM_RAYS];
+    Rgb missed[STREAM_RAYS];
+    double colour[STREAM_RAYS][3];
+    uint16_t pixel[STREAM_RAYS];
+    uint32_t count;
+    double film[TILE * TILE][3];
+} Worker;
+
+/* SPEC: (0.5, 0.3, 1 - y/h), y = 0 for the bottom row. */
+static Rgb background(const RenderSettings *s, uint32_t row)
+{
+    if (s->has_background) return s->background;
+    double y = (double)(s->height - 1 - row);
+    return rgb(0.5f, 0.3f, (float)(1 - y / (double)s->height));
+}
+
+static Ray camera_ray(const World *world, const RenderSettings *s, double x, double y)
+{
+    double right = 2 * x / (double)s->width - 1, up = 1 - 2 * y / (double)s->height;
+    Vec3 d = vec3_at(vec3_at(world->camera.forward, right, world->camera.right), up, world->camera.up);
+    return (Ray){world->camera.eye, d, 0, INFINITY};
+}
+
+/* The i-th sample of a pixel: those of replicate A, then those of B. One sample is the pixel's centre. */
+static Sample2 pixel_sample(const RenderSettings *s, uint32_t x, uint32_t y, uint32_t i)
+{
+    if (s->samples == 1) return (Sample2){0.5, 0.5};
+    uint32_t a = sample_share_a(s->samples);
+    return i < a ? sample_pixel(s->seed, x, y, 0, i) : sample_pixel(s->seed, x, y, 1, i - a);
+}
+
+static void flush(Worker *w)
+{
+    const RenderSettings *s = w->job->settings;
+    shade_stream(w->job->world, w->shader, w->ray, w->missed, w->count, s->max_depth, w->colour, &w->stats, &w->scratch);
+    for (uint32_t i = 0; i < w->count; i++) {
+        const double *c = w->colour[i];
+        if (!isfinite(c[0] + c[1] + c[2])) {
+            w->stats.not_finite++;
+            continue;
+        }
+        for (int k = 0; k < 3; k++) w->film[w->pixel[i]][k] += c[k];
+    }
+    w->stats.samples += w->count;
+    w->count = 0;
+}
+
+/* sRGB's transfer curve (IEC 61966-2-1). */
+static double encode_srgb(double c) { return c <= 0.0031308 ? 12.92 * c : 1.055 * pow(c, 1 / 2.4) - 0.055; }
+
+static uint8_t quantise(double c, bool srgb)
+{
+    c = c < 0 ? 0 : c > 1 ? 1 : c;
+    if (srgb) c = encode_srgb(c);
+    return (uint8_t)(c * 255 + 0.5);
+}
+
+static void write_tile(const Worker *w, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1)
+{
+    const RenderSettings *s = w->job->settings;
+    for (uint32_t y = y0; y < y1; y++)
+        for (uint32_t x = x0; x < x1; x++) {
+            const double *sum = w->film[(y - y0) * TILE + (x - x0)];
+            uint8_t *out = w->job->rgb + 3 * ((size_t)(y - s->y0) * (s->x1 - s->x0) + (x - s->x0));
+            for (int k = 0; k < 3; k++) out[k] = quantise(sum[k] / (double)s->samples, s->srgb);
+        }
+}
+
+static void render_tile(Worker *w, uint32_t tile)
+{
+    const RenderSettings *s = w->job->settings;
+    uint32_t x0 = s->x0 + tile % w->job->tiles_x * TILE, y0 = s->y0 + tile / w->job->tiles_x * TILE;
+    uint32_t x1 = x0 + TILE < s->x1 ? x0 + TILE : s->x1, y1 = y0 + TILE < s->y1 ? y0 + TILE : s->y1;
+    memset(w->film, 0, sizeof w->film);
+    for (uint32_t y = y0; y < y1; y++) {
+        Rgb miss = background(s, y);
+        for (uint32_t x = x0; x < x1; x++)
+            for (uint32_t i = 0; i < s->samples; i++) {
+                Sample2 at = pixel_sample(s, x, y, i);
+                w->ray[w->count] = camera_ray(w->job->world, s, x + at.x, y + at.y);
+                w->missed[w->count] = miss;
+                w->pixel[w->count] = (uint16_t)((y - y0) * TILE + (x - x0));
+                if (++w->count == STREAM_RAYS) flush(w);
+            }
+    }
+    if (w->count) flush(w);
+    write_tile(w, x0, y0, x1, y1);
+}
+
+static void *work(void *context)
+{
+    Worker *w = context;
+    Job *job = w->job;
+    uint32_t tiles = job->tiles_x * job->tiles_y;
+    for (;;) {
+        uint32_t tile = atomic_fetch_add_explicit(&job->next, 1, memory_order_relaxed);
+        if (tile >= tiles || atomic_load_explicit(&job->failed, memory_order_relaxed)) return NULL;
+        render_tile(w, tile);
+        if (w->scratch.out_of_memory) atomic_store_explicit(&job->failed, true, memory_order_relaxed);
+        if (w->reports) job->settings->progress(job->settings->progress_context, (double)tile / tiles);
+    }
+}
+
+static void worker_destroy(Worker *w)
+{
+    if (!w) return;
+    shader_destroy(w->shader);
+    arena_destroy(w->scratch.arena);
+    free(w);
+}
+
+static Worker *worker_create(Job *job)
+{
+    Worker *w = calloc(1, sizeof *w);
+    if (!w) return NULL;
+    w->job = job;
+    w->shader = shader_create();
+    w->scratch.arena = arena_create();
+    if (w->shader && w->scratch.arena) return w;
+    worker_destroy(w);
+    return NULL;
+}
+
+static void add_stats(RenderStats *sum, const RenderStats *s)
+{
+    sum->camera_rays += s->camera_rays;
+    sum->shadow_rays += s->shadow_rays;
+    sum->mirror_rays += s->mirror_rays;
+    sum->samples += s->samples;
+    sum->not_finite += s->not_finite;
+}
+
+bool render(const World *world, const RenderSettings *settings, uint8_t *rgb, RenderStats *stats, Err *err)
+{
+    double wall = cpu_wall_s(), cpu = cpu_time_s();
+    *stats = (RenderStats){0};
+    Job job = {.world = world, .settings = settings, .rgb = rgb};
+    job.tiles_x = (settings->x1 - settings->x0 + TILE - 1) / TILE;
+    job.tiles_y = (settings->y1 - settings->y0 + TILE - 1) / TILE;
+    uint32_t tiles = job.tiles_x * job.tiles_y, wanted = settings->threads < tiles ? settings->threads : tiles;
+    Worker **worker = calloc(wanted, sizeof *worker);
+    if (!worker) return err_memory(err, "the render threads");
+
+    /* The calling thread is the first worker; if the system grants fewer threads than wanted, fewer it is. */
+    uint32_t n = 0;
+    while (n < wanted && (worker[n] = worker_create(&job))) {
+        if (n > 0 && pthread_create(&worker[n]->thread, NULL, work, worker[n]) != 0) {
+            worker_destroy(worker[n]);
+            break;
+        }
+        n++;
+    }
+    if (n > 0) {
+        worker[0]->reports = settings->progress != NULL;
+        work(worker[0]);
+    }
+    for (uint32_t i = 0; i < n; i++) {
+        if (i > 0) pthread_join(worker[i]->thread, NULL);
+        add_stats(stats, &worker[i]->stats);
+        worker_destroy(worker[i]);
+    }
+    free(worker);
+    stats->threads = n;
+    stats->wall_s = cpu_wall_s() - wall;
+    stats->cpu_s = cpu_time_s() - cpu;
+    if (n == 0) return err_memory(err, "the render threads");
+    if (atomic_load(&job.failed)) return err_memory(err, "the rays' scratch memory");
+    return true;
+}

@@ -1,0 +1,48 @@
+/* Scrambling by hashing: Laine, Karras, "Stratified sampling for stochastic transparency" (EGSR 2011), in the form of
+ * Burley, "Practical hash-based Owen scrambling" (JCGT 2020), with the hash constants found by Vegdahl (2021). */
+#include "render/sample.h"
+
+#include "common/rng.h"
+
+static uint32_t reverse_bits(uint32_t x)
+{
+    x = (x >> 16) | (x << 16);
+    x = ((x & 0x00ff00ffu) << 8) | ((x >> 8) & 0x00ff00ffu);
+    x = ((x & 0x0f0f0f0fu) << 4) | ((x >> 4) & 0x0f0f0f0fu);
+    x = ((x & 0x33333333u) << 2) | ((x >> 2) & 0x33333333u);
+    return ((x & 0x55555555u) << 1) | ((x >> 1) & 0x55555555u);
+}
+
+/* Nested uniform scrambling of a bit-reversed number: each bit is flipped by a hash of the lower ones, which after the
+ * reversal are the more significant. */
+static uint32_t scramble_reversed(uint32_t x, uint32_t seed)
+{
+    x ^= x * 0x3d20adeau;
+    x += seed;
+    x *= (seed >> 16) | 1;
+    x ^= x * 0x05526c56u;
+    x ^= x * 0x53a22864u;
+    return x;
+}
+
+/* Sobol's second dimension, bit-reversed: the direction numbers are the rows of Pascal's triangle mod 2, so the matrix
+ * is applied in five steps. */
+static uint32_t sobol_1_reversed(uint32_t index)
+{
+    uint32_t x = index;
+    x ^= (x >> 1) & 0x55555555u;
+    x ^= (x >> 2) & 0x33333333u;
+    x ^= (x >> 4) & 0x0f0f0f0fu;
+    x ^= (x >> 8) & 0x00ff00ffu;
+    x ^= (x >> 16) & 0x0000ffffu;
+    return x;
+}
+
+Sample2 sample_pixel(uint64_t seed, uint32_t x, uint32_t y, uint32_t replicate, uint32_t index)
+{
+    uint64_t key = hash64(hash64(seed) ^ ((uint64_t)y << 32 | x));
+    key = hash64(key + replicate);
+    uint32_t a = reverse_bits(scramble_reversed(index, (uint32_t)key));
+    uint32_t b = reverse_bits(scramble_reversed(sobol_1_reversed(index), (uint32_t)(key >> 32)));
+    return (Sample2){a * 0x1p-32, b * 0x1p-32};
+}

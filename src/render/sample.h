@@ -1,0 +1,16 @@
+/* Where in a pixel its samples lie: two replicates A and B of an Owen-scrambled Sobol sequence (a (0,2)-sequence in base
+ * 2), so that each is stratified and the two are independent. Depends on seed, pixel, replicate and index only. */
+#ifndef RT_RENDER_SAMPLE_H
+#define RT_RENDER_SAMPLE_H
+
+#include <stdint.h>
+
+typedef struct { double x, y; } Sample2;
+
+/* The place in [0,1)^2 of sample `index` (from 0) of replicate 0 (A) or 1 (B); x, y: the pixel in the whole picture. */
+Sample2 sample_pixel(uint64_t seed, uint32_t x, uint32_t y, uint32_t replicate, uint32_t index);
+
+/* How many of `samples` belong to replicate A; with an odd number it has one more than B. */
+static inline uint32_t sample_share_a(uint32_t samples) { return samples - samples / 2; }
+
+#endif

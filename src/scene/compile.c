@@ -1,0 +1,726 @@
+/* From the scene tree to the World:
+ *   1. walk    every path from the root to a geometry gives an Object with its matrix; trees draw their symbols here;
+ *              what is met for the first time is loaded and checked (Geometry);
+ *   2. bake    meshes that are small, used once and look no different for it become one triangle set in world space;
+ *   3. scale   everything is divided by the power of two that brings it to about [-1, 1];
+ *   4. build   inverses, shadings, BVHs. */
+#include "scene/compile.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "accel/mesh_prim.h"
+#include "common/cpu.h"
+#include "common/memory.h"
+#include "node/tree/lsystem.h"
+
+/* A mesh up to this size is baked: beyond it the copy costs more memory than the shorter way of a ray is worth. */
+enum { BAKE_TRIANGLES = 65536 };
+
+enum {
+    TREE_NESTING = 16,    /* trees whose trunks or leaves hold trees */
+    OBJECT_LEAF = 2,      /* objects in a leaf of the BVH */
+};
+
+/* The share of the memory limit that objects may take, and what one costs at the peak of the build: itself, its box and
+ * the builder's reference, a part of a node. */
+#define OBJECT_MEMORY_SHARE 0.75
+#define OBJECT_BYTES (sizeof(Object) + sizeof(BoxF) + 96)
+
+/* Testing an object in its place against testing eight boxes. */
+#define OBJECT_COST 4.0f
+
+/* A geometry node, however often it is used. */
+typedef struct {
+    Node *node;
+    Prim *prim;              /* what its objects use; NULL while it is to be baked */
+    bool csg;                /* prim was made here */
+    const Mesh *mesh;        /* of a mesh node */
+    const Node **leaf_node;  /* CSG: the node of each leaf, in the leaves' order */
+    uint32_t leaf_count;     /* number of its shadings */
+    uint32_t shading;        /* index of the first */
+    uint64_t uses;
+    bool bake;
+} Geometry;
+
+/* A mesh primitive made so far. */
+typedef struct { const Mesh *mesh; Prim *prim; } MadeMesh;
+
+struct WorldMemory {
+    Object *objects;
+    Shading *shadings;
+    Light *lights;
+    Geometry *geometry;
+    uint32_t geometry_count;
+    MadeMesh *made;
+    uint32_t made_count;
+    Prim *baked;
+    Material *plain;         /* for mountains that were given no material */
+};
+
+typedef struct { const Node *node; Affine to_world; } Visit;
+
+typedef struct {
+    const RenderJob *job;
+    const CompileSettings *settings;
+    CompileStats *stats;
+    Err *err;
+    struct WorldMemory *memory;
+
+    Object *objects;
+    uint64_t object_count, object_capacity, object_limit;
+    Visit *visits;                   /* the stack of the walk */
+    size_t visit_count, visit_capacity;
+    uint32_t *geometry_of;           /* node index -> index of its Geometry + 1 */
+    bool *seen;                      /* node index -> counted */
+    uint32_t node_capacity;
+    uint32_t geometry_capacity;
+    MadeMesh *made;
+    uint32_t made_count, made_capacity;
+    uint32_t shading_count;
+    uint32_t nesting;                /* of trees being drawn */
+} Compile;
+
+/* Grows *array to hold at least `least` items. */
+static bool grow(void *array, size_t item, uint64_t least, uint64_t *capacity)
+{
+    if (least <= *capacity) return true;
+    uint64_t n = *capacity + *capacity / 2 + 64;
+    if (n < least) n = least;
+    void *p;
+    memcpy(&p, array, sizeof p);
+    p = n <= SIZE_MAX / item ? realloc(p, (size_t)n * item) : NULL;
+    if (!p) return false;
+    memcpy(array, &p, sizeof p);
+    *capacity = n;
+    return true;
+}
+
+static bool out_of_memory(Compile *c) { return err_memory(c->err, "the scene"); }
+
+/* An error that a node is to blame for: its line goes in front. */
+static bool blame(Compile *c, const Node *node, ErrKind kind, const char *what)
+{
+    err_set(c->err, kind, "%s '%s' %s",
+            node->kind == NODE_PRIM ? node->prim->ops->name
+            : node->kind == NODE_MESH ? (node->mesh->kind == MESH_MOUNTAIN ? "mountain" : "mesh")
+            : node->kind == NODE_CSG ? "CSG solid"
+            : node->kind == NODE_TREE ? "tree"
+                                      : "node",
+            node->name, what);
+    return err_prefix(c->err, node->where);
+}
+
+/* A file that can't be opened is told with the script's line; what is wrong in a file with the file's own. */
+static bool blame_file(Compile *c, const Node *node)
+{
+    if (strncmp(c->err->text, "can't open", 10) == 0 || c->err->kind != ERR_INPUT) err_prefix(c->err, node->where);
+    return false;
+}
+
+typedef struct { double wall_s, cpu_s; } Stopwatch;
+
+static Stopwatch stopwatch(void) { return (Stopwatch){cpu_wall_s(), cpu_time_s()}; }
+
+static void stop(Stopwatch w, double *wall_s, double *cpu_s)
+{
+    *wall_s += cpu_wall_s() - w.wall_s;
+    *cpu_s += cpu_time_s() - w.cpu_s;
+}
+
+/* What a tree's drawing loads is in the tree's own time. */
+static void stop_load(Compile *c, Stopwatch w)
+{
+    if (c->nesting == 0) stop(w, &c->stats->load_wall_s, &c->stats->load_cpu_s);
+}
+
+/* ---- geometry ---- */
+
+static bool load_mesh(Compile *c, const Node *node)
+{
+    if (node->mesh->loaded) return true;
+    Stopwatch w = stopwatch();
+    bool ok = mesh_source_load(node->mesh, c->err);
+    stop_load(c, w);
+    if (!ok) return blame_file(c, node);
+    const Mesh *mesh = node->mesh->loaded;
+    c->stats->triangles += mesh->triangle_count;
+    if (mesh->dropped) {
+        c->stats->dropped_triangles += mesh->dropped;
+        char text[512];
+        snprintf(text, sizeof text, "%swarning: mesh '%s': %u degenerate triangle%s left out", node->where, node->name,
+                 mesh->dropped, mesh->dropped == 1 ? "" : "s");
+        if (c->settings->warn) c->settings->warn(c->settings->warn_context, text);
+    }
+    if (node->mesh->kind == MESH_FILE) c->stats->meshes_loaded++;
+    return true;
+}
+
+static bool load_texture(Compile *c, const Node *node)
+{
+    if (!node->texture || node->texture->loaded) return true;
+    Stopwatch w = stopwatch();
+    bool ok = texture_source_load(node->texture, c->settings->srgb, c->err);
+    stop_load(c, w);
+    if (!ok) return blame_file(c, node);
+    c->stats->textures_loaded++;
+    return true;
+}
+
+static bool is_mountain(const Node *node) { return node->kind == NODE_MESH && node->mesh->kind == MESH_MOUNTAIN; }
+
+/* How a node's own surface looks. */
+static Shading shading_of(const Compile *c, const Node *node)
+{
+    Shading s = {node->material, node->texture ? node->texture->loaded : NULL, node->bump};
+    if (is_mountain(node)) {
+        if (!s.material) s.material = c->memory->plain;
+        if (!s.texture) s.texture = node->mesh->height_bands;
+    }
+    return s;
+}
+
+static bool check_look(Compile *c, const Node *node)
+{
+    if (!node->material && !is_mountain(node)) return blame(c, node, ERR_SCENE, "has no material");
+    return load_texture(c, node);
+}
+
+static Prim *made_mesh(const Compile *c, const Mesh *mesh, bool closed)
+{
+    for (uint32_t i = 0; i < c->made_count; i++)
+        if (c->made[i].mesh == mesh && (c->made[i].prim->ops->closed || !closed)) return c->made[i].prim;
+    return NULL;
+}
+
+/* The primitive of a mesh, made once; again only if it was made without knowing that the mesh is closed. */
+static Prim *mesh_prim(Compile *c, const Mesh *mesh, bool closed)
+{
+    Prim *made = made_mesh(c, mesh, closed);
+    if (made) return made;
+    uint64_t capacity = c->made_capacity;
+    if (!grow(&c->made, sizeof *c->made, c->made_count + (uint64_t)1, &capacity)) {
+        out_of_memory(c);
+        return NULL;
+    }
+    c->made_capacity = (uint32_t)capacity;
+    Stopwatch w = stopwatch();
+    Prim *prim = mesh_prim_create(mesh, closed, c->err);
+    stop(w, &c->stats->bvh_wall_s, &c->stats->bvh_cpu_s);
+    if (prim) c->made[c->made_count++] = (MadeMesh){mesh, prim};
+    return prim;
+}
+
+/* One step of the walk over a CSG tree: an operand with the matrix that leads to the CSG node's space, or, on the way
+ * back, the operator to append. */
+typedef struct { const Node *node; Affine to_csg; bool operands_done; } CsgVisit;
+
+typedef struct {
+    CsgToken *token;
+    const Node **leaf_node;
+    CsgVisit *stack;
+    uint64_t token_count, token_capacity, leaf_count, leaf_capacity, stack_count, stack_capacity;
+} CsgWalk;
+
+static bool push_operand(CsgWalk *w, const Node *operand, const Affine *to_csg)
+{
+    if (!grow(&w->stack, sizeof *w->stack, w->stack_count + 1, &w->stack_capacity)) return false;
+    w->stack[w->stack_count++] = (CsgVisit){operand, affine_mul(to_csg, &operand->transform), false};
+    return true;
+}
+
+static bool csg_leaf(Compile *c, CsgWalk *w, const CsgVisit *v)
+{
+    const Node *node = v->node;
+    const Prim *prim = node->prim;
+    if (node->kind == NODE_MESH) {
+        if (is_mountain(node)) return blame(c, node, ERR_SCENE, "is open and can't be a CSG operand");
+        if (!load_mesh(c, node)) return false;
+        Err open;
+        if (!made_mesh(c, node->mesh->loaded, true) && !mesh_is_closed(node->mesh->loaded, &open)) {
+            if (open.kind != ERR_SCENE) {
+                *c->err = open;
+                return false;
+            }
+            char what[700];
+            snprintf(what, sizeof what, "can't be a CSG operand: %.600s", open.text);
+            return blame(c, node, ERR_SCENE, what);
+        }
+        prim = mesh_prim(c, node->mesh->loaded, true);
+        if (!prim) return false;
+    } else if (node->kind != NODE_PRIM || !prim->ops->closed) {
+        return blame(c, node, ERR_SCENE, "can't be a CSG operand: it is no closed solid");
+    }
+    if (!grow(&w->token, sizeof *w->token, w->token_count + 1, &w->token_capacity)) return out_of_memory(c);
+    if (!grow(&w->leaf_node, sizeof *w->leaf_node, w->leaf_count + 1, &w->leaf_capacity)) return out_of_memory(c);
+    w->token[w->token_count++] = (CsgToken){true, CSG_UNION, prim, affine_mul(&v->to_csg, &node->base)};
+    w->leaf_node[w->leaf_count++] = node;
+    return true;
+}
+
+static bool csg_tokens(Compile *c, const Node *csg, CsgWalk *w)
+{
+    CsgVisit root = {csg, affine_identity(), false};
+    if (!grow(&w->stack, sizeof *w->stack, 1, &w->stack_capacity)) return out_of_memory(c);
+    w->stack[w->stack_count++] = root;
+    while (w->stack_count > 0) {
+        CsgVisit *top = &w->stack[w->stack_count - 1], v = *top;
+        if (v.node != csg && v.node->child_count > 0)
+            return blame(c, v.node, ERR_SCENE, "is a CSG operand and can't have children");
+        if (v.node->kind != NODE_CSG) {
+            w->stack_count--;
+            if (!csg_leaf(c, w, &v)) return false;
+        } else if (v.operands_done) {
+            w->stack_count--;
+            if (!grow(&w->token, sizeof *w->token, w->token_count + 1, &w->token_capacity)) return out_of_memory(c);
+            w->token[w->token_count++] = (CsgToken){.is_leaf = false, .op = v.node->csg.op};
+        } else {
+            top->operands_done = true;  /* the left one ends on top, so that it comes first */
+            if (!push_operand(w, v.node->csg.b, &v.to_csg) || !push_operand(w, v.node->csg.a, &v.to_csg))
+                return out_of_memory(c);
+        }
+    }
+    return true;
+}
+
+static bool make_csg(Compile *c, Geometry *g)
+{
+    CsgWalk w = {0};
+    bool ok = csg_tokens(c, g->node, &w);
+    if (ok) {
+        size_t bad = SIZE_MAX;
+        g->prim = csg_create(w.token, w.token_count, &bad, c->err);
+        g->csg = true;
+        ok = g->prim != NULL;
+        if (!ok && bad != SIZE_MAX) err_prefix(c->err, g->node->where);
+    }
+    if (ok) {
+        g->leaf_node = w.leaf_node;
+        g->leaf_count = (uint32_t)w.leaf_count;
+        w.leaf_node = NULL;
+        for (uint32_t i = 0; ok && i < g->leaf_count; i++)
+            ok = check_look(c, g->leaf_node[csg_shown_leaf(g->prim, i)]);
+    }
+    free(w.token);
+    free(w.leaf_node);
+    free(w.stack);
+    return ok;
+}
+
+/* The Geometry of a node, made when it is met first. */
+static Geometry *geometry(Compile *c, const Node *node)
+{
+    uint32_t *slot = &c->geometry_of[node->index];
+    if (*slot) return &c->memory->geometry[*slot - 1];
+    uint64_t capacity = c->geometry_capacity;
+    if (!grow(&c->memory->geometry, sizeof *c->memory->geometry, c->memory->geometry_count + (uint64_t)1, &capacity)) {
+        out_of_memory(c);
+        return NULL;
+    }
+    c->geometry_capacity = (uint32_t)capacity;
+    Geometry *g = &c->memory->geometry[c->memory->geometry_count++];
+    *g = (Geometry){.node = (Node *)node, .leaf_count = 1};
+    bool ok = true;
+    switch (node->kind) {
+    case NODE_PRIM:
+        g->prim = (Prim *)node->prim;
+        ok = check_look(c, node);
+        break;
+    case NODE_MESH:
+        ok = check_look(c, node) && load_mesh(c, node);
+        g->mesh = node->mesh->loaded;
+        break;
+    case NODE_CSG:
+        ok = make_csg(c, g);
+        break;
+    case NODE_GROUP:
+    case NODE_TREE:
+        break;
+    }
+    if (!ok) return NULL;
+    *slot = c->memory->geometry_count;
+    return g;
+}
+
+/* ---- the walk ---- */
+
+static bool note_node(Compile *c, const Node *node)
+{
+    if (node->index >= c->node_capacity) {
+        uint64_t wanted = node->index + (uint64_t)1, a = c->node_capacity, b = c->node_capacity;
+        if (!grow(&c->geometry_of, sizeof *c->geometry_of, wanted, &a) || !grow(&c->seen, sizeof *c->seen, wanted, &b))
+            return out_of_memory(c);
+        memset(c->geometry_of + c->node_capacity, 0, (size_t)(a - c->node_capacity) * sizeof *c->geometry_of);
+        memset(c->seen + c->node_capacity, 0, (size_t)(a - c->node_capacity) * sizeof *c->seen);
+        c->node_capacity = (uint32_t)a;
+    }
+    if (!c->seen[node->index]) c->stats->nodes++;
+    c->seen[node->index] = true;
+    return true;
+}
+
+static bool add_object(Compile *c, const Node *node, const Affine *to_world)
+{
+    if (c->object_count >= c->object_limit) {
+        err_set(c->err, ERR_LIMIT, "the scene has more than %llu objects, the limit by this machine's memory",
+                (unsigned long long)c->object_limit);
+        return err_prefix(c->err, node->where);
+    }
+    Geometry *g = geometry(c, node);
+    if (!g) return false;
+    if (!grow(&c->objects, sizeof *c->objects, c->object_count + 1, &c->object_capacity)) return out_of_memory(c);
+    g->uses++;
+    /* The shading's place holds the geometry's index until the shadings are made. */
+    Object *o = &c->objects[c->object_count++];
+    o->to_world = affine_mul(to_world, &node->base);
+    o->prim = g->prim;
+    o->shading = (uint32_t)(g - c->memory->geometry);
+    o->in_world = false;
+    return true;
+}
+
+static bool push(Compile *c, const Node *node, const Affine *to_parent)
+{
+    uint64_t capacity = c->visit_capacity;
+    if (!grow(&c->visits, sizeof *c->visits, c->visit_count + 1, &capacity)) return out_of_memory(c);
+    c->visit_capacity = (size_t)capacity;
+    c->visits[c->visit_count++] = (Visit){node, affine_mul(to_parent, &node->transform)};
+    return true;
+}
+
+static bool walk(Compile *c, size_t bottom);
+
+typedef struct { Compile *c; const Node *tree; Affine to_world; } TreeWalk;
+
+static bool draw_symbol(void *context, SymbolMeaning meaning, const Affine *place)
+{
+    TreeWalk *t = context;
+    const Node *node = meaning == SYMBOL_TRUNK ? t->tree->tree.trunk : t->tree->tree.leaf;
+    Affine to_world = affine_mul(&t->to_world, place);
+    size_t bottom = t->c->visit_count;
+    return push(t->c, node, &to_world) && walk(t->c, bottom);
+}
+
+static bool draw_tree(Compile *c, const Node *node, const Affine *to_world)
+{
+    if (c->nesting >= TREE_NESTING) {
+        err_set(c->err, ERR_LIMIT, "trees are nested more than %d deep", TREE_NESTING);
+        return err_prefix(c->err, node->where);
+    }
+    Stopwatch w = stopwatch();
+    if (!grammar_source_load(node->tree.grammar, c->err)) return blame_file(c, node);
+    TreeWalk t = {c, node, *to_world};
+    c->nesting++;
+    bool ok = lsystem_walk(node->tree.grammar->loaded, node->tree.depth, node->tree.seed, c->object_limit, draw_symbol,
+                           &t, c->err);
+    c->nesting--;
+    stop_load(c, w);
+    if (!ok && c->err->kind == ERR_LIMIT && strncmp(c->err->text, node->where, strlen(node->where)) != 0)
+        err_prefix(c->err, node->where);
+    return ok;
+}
+
+/* Visits what was pushed above `bottom`, depth first, in the order of the children. */
+static bool walk(Compile *c, size_t bottom)
+{
+    while (c->visit_count > bottom) {
+        Visit v = c->visits[--c->visit_count];
+        if (!note_node(c, v.node)) return false;
+        switch (v.node->kind) {
+        case NODE_GROUP:
+            break;
+        case NODE_PRIM:
+        case NODE_MESH:
+        case NODE_CSG:
+            if (!add_object(c, v.node, &v.to_world)) return false;
+            break;
+        case NODE_TREE:
+            if (!draw_tree(c, v.node, &v.to_world)) return false;
+            break;
+        }
+        for (uint32_t i = v.node->child_count; i-- > 0;)
+            if (!push(c, v.node->children[i], &v.to_world)) return false;
+    }
+    return true;
+}
+
+/* ---- baking ---- */
+
+/* Bumps turn normals in object space and height bands look at object-space heights, so those meshes stay as they are. */
+static bool may_bake(const Geometry *g)
+{
+    return g->mesh && g->uses == 1 && g->mesh->triangle_count <= BAKE_TRIANGLES && !g->node->bump &&
+           (!is_mountain(g->node) || g->node->texture);
+}
+
+static bool make_mesh_prims(Compile *c)
+{
+    for (uint32_t i = 0; i < c->memory->geometry_count; i++) {
+        Geometry *g = &c->memory->geometry[i];
+        if (!g->mesh) continue;
+        g->bake = may_bake(g);
+        if (g->bake) continue;
+        g->prim = mesh_prim(c, g->mesh, false);
+        if (!g->prim) return false;
+    }
+    return true;
+}
+
+/* Takes the objects that are to be baked out of the list and puts one with all their triangles at its end. The
+ * shadings of baked meshes stand together, in the same order. */
+static bool bake(Compile *c)
+{
+    uint32_t count = 0;
+    for (uint32_t i = 0; i < c->memory->geometry_count; i++) count += c->memory->geometry[i].bake;
+    if (count == 0) return true;
+    BakedMesh *baked = malloc(count * sizeof *baked);
+    if (!baked) return out_of_memory(c);
+    uint32_t shading = c->shading_count, n = 0;
+    uint64_t kept = 0;
+    bool ok = true;
+    for (uint64_t i = 0; ok && i < c->object_count; i++) {
+        Object *o = &c->objects[i];
+        Geometry *g = &c->memory->geometry[o->shading];
+        if (!g->bake) {
+            c->objects[kept++] = *o;
+            continue;
+        }
+        g->shading = c->shading_count++;
+        baked[n] = (BakedMesh){.mesh = g->mesh, .to_world = o->to_world};
+        ok = affine_inverse(&o->to_world, &baked[n++].to_object);
+        if (!ok) blame(c, g->node, ERR_SCENE, "has a singular matrix, or one too extreme to be inverted");
+    }
+    if (ok) {
+        Stopwatch w = stopwatch();
+        c->memory->baked = mesh_prim_bake(baked, count, c->err);
+        stop(w, &c->stats->bvh_wall_s, &c->stats->bvh_cpu_s);
+        ok = c->memory->baked != NULL;
+    }
+    free(baked);
+    if (!ok) return false;
+    c->object_count = kept;
+    c->objects[c->object_count++] =
+        (Object){.to_world = affine_identity(), .prim = c->memory->baked, .shading = shading};
+    return true;
+}
+
+/* ---- shadings ---- */
+
+/* Objects get the index of their first shading for that of their geometry; the baked one, last, has it already. */
+static bool make_shadings(Compile *c, World *world)
+{
+    struct WorldMemory *m = c->memory;
+    for (uint32_t i = 0; i < m->geometry_count; i++) {
+        if (m->geometry[i].bake) continue;
+        m->geometry[i].shading = c->shading_count;
+        c->shading_count += m->geometry[i].leaf_count;
+    }
+    m->shadings = malloc((c->shading_count + (size_t)1) * sizeof *m->shadings);
+    if (!m->shadings) return out_of_memory(c);
+    for (uint32_t i = 0; i < m->geometry_count; i++) {
+        const Geometry *g = &m->geometry[i];
+        for (uint32_t j = 0; j < g->leaf_count; j++) {
+            Shading *s = &m->shadings[g->shading + j];
+            if (!g->leaf_node) {
+                *s = shading_of(c, g->node);
+            } else {
+                uint32_t shown = csg_shown_leaf(g->prim, j);
+                *s = shading_of(c, g->leaf_node[shown]);
+                if (shown != j) {  /* carved: the texture's and the bumps' coordinates are another shape's */
+                    s->texture = NULL;
+                    s->bump = NULL;
+                }
+            }
+            if (s->texture) world->features |= FEATURE_TEXTURE;
+            if (s->bump) world->features |= FEATURE_BUMP;
+            if (s->material->mirror > 0) world->features |= FEATURE_MIRROR;
+        }
+    }
+    for (uint64_t i = 0; i < c->object_count; i++)
+        if (c->objects[i].prim != m->baked)
+            c->objects[i].shading = m->geometry[c->objects[i].shading].shading;
+    world->shadings = m->shadings;
+    return true;
+}
+
+/* ---- scale, inverses, boxes ---- */
+
+static bool finite_box(Box b) { return isfinite(box_reach(b)); }
+
+/* Whom to blame for an object that has not got its shading yet. */
+static const Node *node_of(const Compile *c, const Object *o)
+{
+    return o->prim && o->prim == c->memory->baked ? c->job->root : c->memory->geometry[o->shading].node;
+}
+
+/* Divides everything by the power of two that brings the greatest coordinate, the eye's included, below 1. */
+static bool scale_objects(Compile *c, World *world)
+{
+    double reach = vec3_max(vec3_abs(c->job->eye));
+    for (uint64_t i = 0; i < c->object_count; i++) {
+        Object *o = &c->objects[i];
+        const Geometry *g = &c->memory->geometry[o->shading];
+        if (!g->bake) o->prim = g->prim;
+        Box b = affine_box(&o->to_world, g->bake ? mesh_bounds(g->mesh) : g->prim->ops->bounds(g->prim));
+        if (box_is_empty(b)) continue;
+        if (!finite_box(b)) return blame(c, g->node, ERR_SCENE, "reaches beyond the range of numbers");
+        reach = fmax(reach, box_reach(b));
+    }
+    world->exponent = reach > 0 ? ilogb(reach) + 1 : 0;
+    for (uint64_t i = 0; i < c->object_count; i++)
+        c->objects[i].to_world = affine_ldexp(&c->objects[i].to_world, -world->exponent);
+    return true;
+}
+
+/* Inverses and boxes; objects without any extent are left out. */
+static bool place_objects(Compile *c, BoxF *box)
+{
+    Affine identity = affine_identity();
+    uint64_t kept = 0;
+    for (uint64_t i = 0; i < c->object_count; i++) {
+        Object o = c->objects[i];
+        Box b = affine_box(&o.to_world, o.prim->ops->bounds(o.prim));
+        if (box_is_empty(b)) continue;
+        if (!affine_inverse(&o.to_world, &o.to_object))
+            return blame(c, node_of(c, &o), ERR_SCENE, "has a singular matrix, or one too extreme to be inverted");
+        o.in_world = memcmp(&o.to_world, &identity, sizeof identity) == 0;
+        c->objects[kept] = o;
+        box[kept++] = boxf_from_box(b);
+    }
+    c->object_count = kept;
+    return true;
+}
+
+static bool place_camera(Compile *c, World *world)
+{
+    const RenderJob *job = c->job;
+    Vec3 forward = vec3_normalize(job->view), up = vec3_normalize(job->up);
+    Vec3 right = vec3_cross(forward, up);
+    if (!(vec3_max(vec3_abs(right)) > 1e-12)) {
+        err_set(c->err, ERR_SCENE, "the up direction is parallel to the view");
+        return err_prefix(c->err, job->where);
+    }
+    right = vec3_normalize(right);
+    up = vec3_cross(right, forward);
+    double half = tan(job->fov_deg * (M_PI / 360));
+    double aspect = (double)job->width / (double)job->height;
+    world->camera.eye = vec3_scale(job->eye, ldexp(1, -world->exponent));
+    world->camera.forward = forward;
+    world->camera.right = vec3_scale(right, half * aspect);
+    world->camera.up = vec3_scale(up, half);
+    return true;
+}
+
+static Vec3 vec3_ldexp(Vec3 a, int e) { return vec3_make(ldexp(a.x, e), ldexp(a.y, e), ldexp(a.z, e)); }
+
+static bool place_lights(Compile *c, World *world)
+{
+    uint32_t n = c->job->light_count;
+    c->memory->lights = malloc((n + (size_t)1) * sizeof *c->memory->lights);
+    if (!c->memory->lights) return out_of_memory(c);
+    for (uint32_t i = 0; i < n; i++) {
+        Light l = c->job->lights[i];
+        l.position = vec3_ldexp(l.position, -world->exponent);
+        l.falloff[1] = ldexp(l.falloff[1], world->exponent);
+        l.falloff[2] = ldexp(l.falloff[2], 2 * world->exponent);
+        c->memory->lights[i] = l;
+    }
+    world->lights = c->memory->lights;
+    world->light_count = n;
+    world->ambient = c->job->ambient;
+    return true;
+}
+
+static bool build_bvh(Compile *c, World *world)
+{
+    BoxF *box = malloc((size_t)(c->object_count + 1) * sizeof *box);
+    if (!box) return out_of_memory(c);
+    bool ok = place_objects(c, box);
+    if (ok) {
+        Stopwatch w = stopwatch();
+        ok = bvh_build(&world->bvh, box, (uint32_t)c->object_count, OBJECT_LEAF, OBJECT_COST, c->err);
+        stop(w, &c->stats->bvh_wall_s, &c->stats->bvh_cpu_s);
+    }
+    free(box);
+    return ok;
+}
+
+/* ---- all of it ---- */
+
+static bool compile(Compile *c, World *world)
+{
+    Affine identity = affine_identity();
+    c->memory->plain = phong_create(rgb(1, 1, 1), rgb(0, 0, 0), 1, 0);
+    if (!c->memory->plain) return out_of_memory(c);
+    if (!push(c, c->job->root, &identity) || !walk(c, 0)) return false;
+    if (!make_mesh_prims(c) || !scale_objects(c, world) || !bake(c)) return false;
+    if (!build_bvh(c, world) || !make_shadings(c, world)) return false;
+    if (!place_camera(c, world) || !place_lights(c, world)) return false;
+    c->stats->objects = c->object_count;
+    world->objects = c->objects;
+    world->object_count = (uint32_t)c->object_count;
+    return true;
+}
+
+/* Files that the script named, needed or not. */
+static void count_named(const RenderJob *job, CompileStats *stats)
+{
+    stats->meshes_named = scene_mesh_count(job->scene);
+    stats->textures_named = scene_texture_count(job->scene);
+}
+
+World *world_compile(const RenderJob *job, const CompileSettings *settings, CompileStats *stats, Err *err)
+{
+    Stopwatch all = stopwatch();
+    *stats = (CompileStats){0};
+    count_named(job, stats);
+    Compile c = {.job = job, .settings = settings, .stats = stats, .err = err};
+    double share = OBJECT_MEMORY_SHARE * (double)memory_limit_bytes() / (double)OBJECT_BYTES;
+    c.object_limit = share < (double)(UINT32_MAX / 2) ? (uint64_t)share : UINT32_MAX / 2;
+    World *world = calloc(1, sizeof *world);
+    c.memory = calloc(1, sizeof *c.memory);
+    bool ok = world && c.memory;
+    if (ok) {
+        world->memory = c.memory;
+        ok = compile(&c, world);
+        c.memory->objects = c.objects;
+        c.memory->made = c.made;
+        c.memory->made_count = c.made_count;
+    } else {
+        err_memory(err, "the scene");
+        free(c.memory);
+    }
+    free(c.visits);
+    free(c.geometry_of);
+    free(c.seen);
+    stop(all, &stats->compile_wall_s, &stats->compile_cpu_s);
+    stats->compile_wall_s -= stats->load_wall_s + stats->bvh_wall_s;
+    stats->compile_cpu_s -= stats->load_cpu_s + stats->bvh_cpu_s;
+    if (ok) return world;
+    if (world && world->memory)
+        world_destroy(world);
+    else
+        free(world);
+    return NULL;
+}
+
+void world_destroy(World *world)
+{
+    if (!world) return;
+    struct WorldMemory *m = world->memory;
+    bvh_free(&world->bvh);
+    for (uint32_t i = 0; i < m->geometry_count; i++) {
+        if (m->geometry[i].csg) prim_destroy(m->geometry[i].prim);
+        free(m->geometry[i].leaf_node);
+    }
+    for (uint32_t i = 0; i < m->made_count; i++) prim_destroy(m->made[i].prim);
+    prim_destroy(m->baked);
+    free(m->made);
+    free(m->geometry);
+    free(m->objects);
+    free(m->shadings);
+    free(m->lights);
+    free(m->plain);
+    free(m);
+    free(world);
+}
