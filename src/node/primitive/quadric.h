@@ -19,7 +19,7 @@ typedef struct {
     uint32_t part;
 } Crossing;
 
-/* -- the line, brought near the origin ------------------------------------------------------------------------------ */
+/* -- the line, brought near the origin -- */
 
 /* The ray's line as (hi + lo) + r d with d of greatest component in [1, 2): t = (t0 + r) 2^-exponent. */
 typedef struct {
@@ -42,7 +42,7 @@ typedef struct {
 
 void quadric_roots(const NearLine *line, Vec3 s, double k, QuadricRoots *roots);
 
-/* The crossing with the plane where the given axis has the given value, value finite; the direction's component isn't 0. */
+/* The crossing with the plane where an axis has the given value; the direction's component of that axis isn't 0. */
 static inline Crossing plane_crossing(double o, double d, double value, uint32_t part)
 {
     Dd gap = dd_sum(value, -o);
@@ -96,7 +96,7 @@ static inline Crossing quadric_refine(const Ray *ray, Vec3 s, double k, double t
     return (Crossing){sum.hi, sum.lo, GAMMA(1) * fabs(sum.hi) + err, part};
 }
 
-/* -- convex solids -------------------------------------------------------------------------------------------------- */
+/* -- convex solids -- */
 
 /* The two crossings in double precision. */
 typedef struct {

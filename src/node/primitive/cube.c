@@ -1,0 +1,132 @@
+/* The cube [0,1]^3 by slabs (Kay and Kajiya 1986). Each plane's t is one exact difference and a quotient, kept to
+ * double-double where two planes are too close to tell apart. A line in a face belongs to the solid (closed). */
+#include "node/primitive/primitive.h"
+
+#include <stdlib.h>
+
+#include "node/primitive/quadric.h"
+
+/* Faces: 0 and 1 are x = 0 and x = 1, 2 and 3 y, 4 and 5 z. */
+static bool guess(const Ray *ray, Guess *g)
+{
+    double in = -INFINITY, out = INFINITY;
+    uint32_t part_in = 0, part_out = 0;
+    for (int i = 0; i < 3; i++) {
+        double o = vec3_get(ray->o, i), d = vec3_get(ray->d, i);
+        if (d == 0) {
+            if (!(o >= 0 && o <= 1)) return false;
+            continue;
+        }
+        uint32_t face = 2 * (uint32_t)i, back = d < 0;
+        double low = -o / d, high = (1 - o) / d;
+        double a = back ? high : low, b = back ? low : high;
+        if (a > in) {
+            in = a;
+            part_in = face + back;
+        }
+        if (b < out) {
+            out = b;
+            part_out = face + !back;
+        }
+    }
+    /* each t has two roundings; subnormal quotients lose more */
+    double slack = 8 * UNIT_ROUNDOFF * (fabs(in) + fabs(out));
+    if (in - out > slack) return false;
+    *g = (Guess){.t = {in, out}, .part = {part_in, part_out}, .slack = slack, .sure = out - in > slack};
+    return true;
+}
+
+static bool refine(const Ray *ray, const Guess *g, int i, Crossing *c)
+{
+    int axis = (int)g->part[i] / 2;
+    *c = plane_crossing(vec3_get(ray->o, axis), vec3_get(ray->d, axis), g->part[i] % 2, g->part[i]);
+    return true;
+}
+
+static bool exact(const Ray *ray, Crossing c[2])
+{
+    c[0] = (Crossing){.t = -INFINITY};
+    c[1] = (Crossing){.t = INFINITY};
+    for (int i = 0; i < 3; i++) {
+        double o = vec3_get(ray->o, i), d = vec3_get(ray->d, i);
+        if (d == 0) {
+            if (!(o >= 0 && o <= 1)) return false;
+            continue;
+        }
+        uint32_t face = 2 * (uint32_t)i, back = d < 0;
+        Crossing a = plane_crossing(o, d, back, face + back), b = plane_crossing(o, d, !back, face + !back);
+        if (crossing_before(&c[0], &a)) c[0] = a;
+        if (crossing_before(&b, &c[1])) c[1] = b;
+    }
+    return crossing_before(&c[0], &c[1]);
+}
+
+static Vec3 normal(Vec3 p, uint32_t part)
+{
+    (void)p;
+    double s = part % 2 ? 1 : -1;
+    return vec3_make(part / 2 == 0 ? s : 0, part / 2 == 1 ? s : 0, part / 2 == 2 ? s : 0);
+}
+
+static const Convex SHAPE = {guess, refine, exact, normal};
+
+static Box bounds(const Prim *prim)
+{
+    (void)prim;
+    return (Box){{0, 0, 0}, {1, 1, 1}};
+}
+
+static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scratch)
+{
+    (void)prim, (void)scratch;
+    return convex_intersect(&SHAPE, ray, hit);
+}
+
+static bool segments(const Prim *prim, const Ray *ray, SegList *list)
+{
+    (void)prim;
+    return convex_segments(&SHAPE, ray, list);
+}
+
+static double clamp01(double x) { return fmax(0, fmin(1, x)); }
+
+static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *surface)
+{
+    (void)prim;
+    Vec3 p = ray_point(ray, hit->t, hit->u);
+    p = vec3_make(clamp01(p.x), clamp01(p.y), clamp01(p.z));
+    double side = hit->part % 2;
+    switch (hit->part / 2) {
+    case 0:
+        p.x = side;
+        surface->u = side > 0 ? 1 - p.z : p.z;
+        surface->v = p.y;
+        break;
+    case 1:
+        p.y = side;
+        surface->u = p.x;
+        surface->v = p.z;
+        break;
+    default:
+        p.z = side;
+        surface->u = side > 0 ? p.x : 1 - p.x;
+        surface->v = p.y;
+        break;
+    }
+    surface->p = p;
+    /* the face's coordinate is exact: this only says how finely the space around it resolves */
+    surface->p_err = vec3_make(UNIT_ROUNDOFF, UNIT_ROUNDOFF, UNIT_ROUNDOFF);
+    surface->n = surface->ns = normal(p, hit->part);
+}
+
+static const PrimOps OPS = {
+    .name = "cube", .closed = true, .bounds = bounds, .intersect = intersect, .segments = segments,
+    .surface = surface,
+};
+
+Prim *cube_create(void)
+{
+    Prim *prim = malloc(sizeof *prim);
+    if (prim) prim->ops = &OPS;
+    return prim;
+}

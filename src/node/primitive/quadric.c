@@ -1,0 +1,163 @@
+/* The slow and certain way to a crossing: everything in double-double, the constants of the quadratic by compensated
+ * summation of their exact products (SumK of Ogita, Rump, Oishi 2005, K = 4), and the roots in the form that never
+ * subtracts, q = -(b + sign(b) sqrt(D)), t = c / q and q / a. About the point nearest the origin b is nearly 0 and
+ * D = b^2 - a c is free of the cancellation that a far origin brings (Haines, Guenther, Akenine-Moeller, "Precision
+ * improvements for ray/sphere intersection", Ray Tracing Gems, 2019, chapter 7). */
+#include "node/primitive/quadric.h"
+
+/* The greatest number of exact terms in one coefficient: (h + l)^2 in three components and the constant. */
+enum { TERMS_MAX = 16 };
+
+typedef struct { double v[TERMS_MAX]; int n; } Terms;
+
+static void add_prod(Terms *t, double sign, double a, double b)
+{
+    Dd p = dd_prod(a, b);
+    t->v[t->n++] = sign * p.hi;
+    t->v[t->n++] = sign * p.lo;
+}
+
+/* The sum to double-double: three passes that push the rounding errors down leave at most u^3 of the terms' sum. */
+static Dd sum_terms(Terms *t)
+{
+    double *v = t->v;
+    int n = t->n;
+    for (int pass = 0; pass < 3; pass++)
+        for (int i = 1; i < n; i++) {
+            Dd s = dd_sum(v[i], v[i - 1]);
+            v[i] = s.hi;
+            v[i - 1] = s.lo;
+        }
+    double low = 0;
+    for (int i = 0; i < n - 1; i++) low += v[i];
+    return dd_sum(v[n - 1], low);
+}
+
+static Vec3 ldexp3(Vec3 v, int e) { return vec3_make(ldexp(v.x, e), ldexp(v.y, e), ldexp(v.z, e)); }
+
+Vec3 ray_point(const Ray *ray, double t, double lo)
+{
+    Vec3 o = ray->o, d = ray->d;
+    double big = fmax(fmax(fabs(t), vec3_max(vec3_abs(d))), vec3_max(vec3_abs(o)));
+    if (!(big < 0x1p900)) return vec3_at(o, t, d);
+    return vec3_make(ray_component(o.x, d.x, t, lo), ray_component(o.y, d.y, t, lo), ray_component(o.z, d.z, t, lo));
+}
+
+/* o + l + t d, and what its rounding may have lost. */
+static double shift_component(double *hi, double *lo, double t, double d)
+{
+    Dd p = dd_add(dd_prod(t, d), (Dd){*hi, *lo});
+    double lost = DD_ROUNDOFF * (fabs(*hi) + fabs(t * d));
+    *hi = p.hi;
+    *lo = p.lo;
+    return lost;
+}
+
+bool near_line(const Ray *ray, double radius, NearLine *line)
+{
+    double m = vec3_max(vec3_abs(ray->d));
+    if (!(m > 0 && isfinite(m))) return false;
+    line->exponent = -ilogb(m);
+    Vec3 d = ldexp3(ray->d, line->exponent);
+    *line = (NearLine){.hi = ray->o, .d = d, .exponent = line->exponent};
+
+    /* 1/16 keeps the dot product from overflowing. Two rounds: the first may miss the nearest point by u |o|. */
+    double dd = vec3_dot(d, d), reach = vec3_max(vec3_abs(ray->o));
+    if (!(reach < 0x1p990)) return false;
+    for (int round = 0; round < 2 && vec3_max(vec3_abs(line->hi)) > 4; round++) {
+        double t = -16 * (vec3_dot(vec3_scale(line->hi, 0x1p-4), d) / dd);
+        double lost_x = shift_component(&line->hi.x, &line->lo.x, t, d.x);
+        double lost_y = shift_component(&line->hi.y, &line->lo.y, t, d.y);
+        double lost_z = shift_component(&line->hi.z, &line->lo.z, t, d.z);
+        line->err += fmax(lost_x, fmax(lost_y, lost_z));
+        line->t0 = dd_add_d(line->t0, t);
+    }
+    /* the point isn't quite the nearest: it is off along the line by what the last t's rounding leaves */
+    double along = fabs(vec3_dot(line->hi, d)) / dd, away = vec3_length(line->hi) - along * 2;
+    return !(away > radius * 1.0625 + 2 * line->err);
+}
+
+/* t = (t0 + r) 2^-exponent for r off by at most err. */
+static Crossing to_ray(const NearLine *line, Dd r, double err)
+{
+    if (!isfinite(r.hi)) return (Crossing){r.hi, 0, INFINITY, 0};
+    Dd t = dd_add(line->t0, r);
+    int e = -line->exponent;
+    Crossing c = {ldexp(t.hi, e), ldexp(t.lo, e), 0, 0};
+    c.err = GAMMA(1) * fabs(c.t) + ldexp(err + DD_ROUNDOFF * (fabs(line->t0.hi) + fabs(r.hi)), e) + 0x1p-1074;
+    return c;
+}
+
+void quadric_roots(const NearLine *line, Vec3 s, double k, QuadricRoots *roots)
+{
+    double sign[3] = {s.x, s.y, s.z}, d[3] = {line->d.x, line->d.y, line->d.z};
+    double hi[3] = {line->hi.x, line->hi.y, line->hi.z}, lo[3] = {line->lo.x, line->lo.y, line->lo.z};
+    *roots = (QuadricRoots){0};
+
+    /* The components that take part may all be tiny: they get a power of two of their own. */
+    double m = 0;
+    for (int i = 0; i < 3; i++)
+        if (sign[i] != 0) m = fmax(m, fabs(d[i]));
+    int e = m > 0 ? -ilogb(m) : 0;
+
+    Terms ta = {.n = 0}, tb = {.n = 0}, tc = {.n = 0};
+    double reach = 0;
+    for (int i = 0; i < 3; i++) {
+        if (sign[i] == 0) continue;
+        double di = ldexp(d[i], e);
+        add_prod(&ta, sign[i], di, di);
+        add_prod(&tb, sign[i], hi[i], di);
+        add_prod(&tb, sign[i], lo[i], di);
+        add_prod(&tc, sign[i], hi[i], hi[i]);
+        add_prod(&tc, sign[i], 2 * hi[i], lo[i]);
+        tc.v[tc.n++] = sign[i] * lo[i] * lo[i];
+        reach += fabs(hi[i]);
+    }
+    tc.v[tc.n++] = k;
+    Dd a = m > 0 ? sum_terms(&ta) : (Dd){0, 0}, b = m > 0 ? sum_terms(&tb) : (Dd){0, 0}, c = sum_terms(&tc);
+    roots->a = a;
+    roots->b = b;
+    roots->c = c;
+    if (a.hi == 0 && b.hi == 0) {
+        roots->constant = true;
+        return;
+    }
+
+    /* first-order bounds: a is exact but for u^3, b and c carry the line's error, |d| <= 2 in each component */
+    double ea = 0x1p-150 + DD_ROUNDOFF * 0x1p-4 * fabs(a.hi);
+    double eb = 0x1p-150 * (1 + reach) + DD_ROUNDOFF * 0x1p-4 * fabs(b.hi) + 6 * line->err;
+    double ec = 0x1p-150 * (1 + reach * reach) + DD_ROUNDOFF * 0x1p-4 * fabs(c.hi) + 3 * reach * line->err;
+    Dd bb = dd_mul(b, b), ac = dd_mul(a, c), disc = dd_sub(bb, ac);
+    double e_disc = DD_ROUNDOFF * (bb.hi + fabs(ac.hi)) + 2 * fabs(b.hi) * eb + fabs(a.hi) * ec + fabs(c.hi) * ea;
+
+    /* a < 0 (a cone met steeply) always has roots: a negative D is rounding. */
+    if (!(disc.hi > 0)) {
+        if (a.hi > 0) return;
+        disc = (Dd){0, 0};
+    }
+    Dd root = dd_sqrt(disc);
+    double e_root = disc.hi > 2 * e_disc ? e_disc / root.hi : sqrt(3 * e_disc);
+    Dd q = dd_neg(b.hi < 0 ? dd_sub(b, root) : dd_add(b, root));
+    double eq = eb + e_root + DD_ROUNDOFF * fabs(q.hi);
+
+    Dd r[2];
+    double er[2];
+    if (q.hi == 0) {
+        r[0] = r[1] = (Dd){0, 0};
+        er[0] = er[1] = 2 * eq / fabs(a.hi);
+    } else {
+        r[0] = dd_div(c, q);
+        er[0] = 2 * (ec + fabs(r[0].hi) * eq) / fabs(q.hi) + DD_ROUNDOFF * fabs(r[0].hi);
+        r[1] = a.hi == 0 ? r[0] : dd_div(q, a);
+        er[1] = a.hi == 0 ? er[0] : 2 * (eq + fabs(r[1].hi) * ea) / fabs(a.hi) + DD_ROUNDOFF * fabs(r[1].hi);
+    }
+    roots->count = 2;
+    Crossing x[2];
+    for (int i = 0; i < 2; i++) {
+        if (isfinite(r[i].hi)) r[i] = (Dd){ldexp(r[i].hi, e), ldexp(r[i].lo, e)};
+        x[i] = to_ray(line, r[i], ldexp(er[i], e));
+    }
+    bool swapped = crossing_before(&x[1], &x[0]);
+    roots->root[0] = x[swapped];
+    roots->root[1] = x[!swapped];
+}
