@@ -12,7 +12,7 @@ typedef struct {
     const char *path;    /* borrowed */
     uint64_t number;     /* of the line that lines_next gave last, from 1; its first one if it was continued */
     uint64_t line_count; /* physical lines taken so far */
-    bool continued;      /* a backslash at the end of a line joins the next one to it */
+    bool continued;      /* a backslash at the end of a line that is no # comment joins the next */
     int fd;
     char *buffer;
     size_t capacity, start, end;

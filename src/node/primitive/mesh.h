@@ -18,7 +18,7 @@ typedef struct {
     uint32_t triangle_count;
 
     float (*uv)[2];                   /* NULL: none */
-    uint32_t (*triangle_uv)[3];       /* NULL: none; UINT32_MAX: that corner has none */
+    uint32_t (*triangle_uv)[3];       /* NULL: none; UINT32_MAX: that corner has none; may be `triangle` itself */
     uint32_t uv_count;
     float (*normal)[3];               /* NULL: none */
     uint32_t (*triangle_normal)[3];   /* NULL: none; UINT32_MAX: that corner has none */
@@ -42,6 +42,9 @@ Mesh *mesh_from_faces(const Vec3 *position, uint32_t position_count, const uint3
  * NULL and *err: ERR_LIMIT naming the greatest number of subdivisions. */
 Mesh *mountain_create(double width, double height, double length, double roughness, uint32_t subdivisions,
                       uint64_t seed, double *peak, Err *err);
+
+/* Drops the triangles that have two equal corners or no area, and sets `dropped` to their number. */
+void mesh_drop_degenerate(Mesh *mesh);
 
 Box mesh_bounds(const Mesh *mesh);
 
