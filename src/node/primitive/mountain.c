@@ -43,7 +43,7 @@ typedef struct {
 } Builder;
 
 /* Heights and coordinates stay finite whatever the arguments are. */
-static double finite(double x) { return fmin(fmax(x, -DBL_MAX), DBL_MAX); }
+static double keep_finite(double x) { return fmin(fmax(x, -DBL_MAX), DBL_MAX); }
 
 /* N(0,1) by Marsaglia's polar method (1964). */
 static double normal_deviate(Builder *b)
@@ -67,14 +67,14 @@ static Vec3 midpoint(Vec3 a, Vec3 b) { return vec3_add(vec3_scale(a, 0.5), vec3_
 static double distance(Vec3 a, Vec3 b)
 {
     Vec3 half = vec3_sub(vec3_scale(a, 0.5), vec3_scale(b, 0.5));
-    return finite(2 * hypot(hypot(half.x, half.y), half.z));
+    return keep_finite(2 * hypot(hypot(half.x, half.y), half.z));
 }
 
 static Vec3 lifted_midpoint(Builder *b, Vec3 p, Vec3 q)
 {
     double share = fmin(fmax(b->roughness * normal_deviate(b), -LIFT_LIMIT), LIFT_LIMIT);
     Vec3 m = midpoint(p, q);
-    m.y = finite(m.y + distance(p, q) * share);
+    m.y = keep_finite(m.y + distance(p, q) * share);
     return m;
 }
 
@@ -131,7 +131,7 @@ static double raise_peak(Builder *b)
     Vec3 *p = b->mesh->position;
     double greatest = p[0].y;
     for (uint32_t i = 1; i < b->mesh->position_count; i++) greatest = fmax(greatest, p[i].y);
-    p[PEAK].y = finite(PEAK_FACTOR * greatest);
+    p[PEAK].y = keep_finite(PEAK_FACTOR * greatest);
     for (uint32_t i = 0; i < b->split_count; i++)
         p[START_POINTS + NEW_POINTS * i] = midpoint(p[b->ends[i][0]], p[b->ends[i][1]]);
     return p[PEAK].y;
