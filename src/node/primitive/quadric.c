@@ -72,17 +72,17 @@ bool near_line(const Ray *ray, double radius, NearLine *line)
         line->err += fmax(lost_x, fmax(lost_y, lost_z));
         line->t0 = dd_add_d(line->t0, t);
     }
-    /* the point isn't quite the nearest: it is off along the line by what the last t's rounding leaves */
-    double along = fabs(vec3_dot(line->hi, d)) / dd, away = vec3_length(line->hi) - along * 2;
-    return !(away > radius * 1.0625 + 2 * line->err);
+    if (!(vec3_max(vec3_abs(line->hi)) < 0x1p400)) return false;
+    double along = vec3_dot(line->hi, d), limit = radius * 1.0625 + 2 * line->err;
+    return !(vec3_dot(line->hi, line->hi) - along * along / dd > limit * limit);
 }
 
-/* t = (t0 + r) 2^-exponent for r off by at most err. */
+/* t = (t0 + r) 2^exponent for r off by at most err. */
 static Crossing to_ray(const NearLine *line, Dd r, double err)
 {
     if (!isfinite(r.hi)) return (Crossing){r.hi, 0, INFINITY, 0};
     Dd t = dd_add(line->t0, r);
-    int e = -line->exponent;
+    int e = line->exponent;
     Crossing c = {ldexp(t.hi, e), ldexp(t.lo, e), 0, 0};
     c.err = GAMMA(1) * fabs(c.t) + ldexp(err + DD_ROUNDOFF * (fabs(line->t0.hi) + fabs(r.hi)), e) + 0x1p-1074;
     return c;

@@ -21,7 +21,7 @@ typedef struct {
 
 /* -- the line, brought near the origin -- */
 
-/* The ray's line as (hi + lo) + r d with d of greatest component in [1, 2): t = (t0 + r) 2^-exponent. */
+/* The ray's line as (hi + lo) + r d with d of greatest component in [1, 2): t = (t0 + r) 2^exponent. */
 typedef struct {
     Vec3 hi, lo, d;
     Dd t0;
@@ -115,7 +115,8 @@ typedef struct {
 } Convex;
 
 /* The functions below are inlined into each primitive, where the table is a constant. Which way a crossing is found
- * depends on the line and on the crossing alone, so intersect and segments give the same t. */
+ * depends on the line and on the crossing alone, so intersect and segments give the same t. A line with a crossing that
+ * a double can't hold (a direction of 1e-310) counts as a miss. */
 __attribute__((always_inline)) static inline bool convex_crossing(const Convex *shape, const Ray *ray,
                                                                   const Guess *guess, int i, Crossing *crossing)
 {
@@ -123,7 +124,7 @@ __attribute__((always_inline)) static inline bool convex_crossing(const Convex *
     Crossing c[2];
     if (!shape->exact(ray, c)) return false;
     *crossing = c[i];
-    return isfinite(c[i].t);
+    return isfinite(c[0].t) && isfinite(c[1].t);
 }
 
 __attribute__((always_inline)) static inline bool convex_intersect(const Convex *shape, const Ray *ray, Hit *hit)
