@@ -16,9 +16,10 @@ typedef struct { float lo[3], hi[3]; } BoxF;
 
 BoxF boxf_from_box(Box box);
 
-/* Structure of arrays: the boxes of all children are tested together. An empty slot has lo = +inf, hi = -inf. */
+/* 256 bytes, four cache lines. Structure of arrays: the boxes of all children are tested together. An empty slot has lo = +inf, hi = -inf. */
 typedef struct {
-    float lo[3][BVH_WIDTH], hi[3][BVH_WIDTH];
+    _Alignas(64) float lo[3][BVH_WIDTH];
+    float hi[3][BVH_WIDTH];
     uint32_t child[BVH_WIDTH];   /* inner: index of a node; leaf: first position in Bvh.order */
     uint8_t count[BVH_WIDTH];    /* 0: inner; else the leaf's number of items */
     uint8_t used;                /* children in use, the first ones */
