@@ -72,12 +72,16 @@ MeshSource *scene_mesh_file(Scene *scene, const char *path);
 TextureSource *scene_texture_file(Scene *scene, const char *path);
 GrammarSource *scene_grammar_file(Scene *scene, const char *path);
 
+/* A source that is no file: the caller sets `loaded` of a table, or what describes a mountain. NULL without memory. */
+MeshSource *scene_mesh_made(Scene *scene, MeshKind kind);
+
 /* How many different mesh files and texture files there are. */
 uint32_t scene_mesh_count(const Scene *scene);
 uint32_t scene_texture_count(const Scene *scene);
 
 /* False with ERR_SCENE if the child is the parent or has the parent below it (children, CSG operands, trunk and leaf
- * count), ERR_LIMIT without memory. */
+ * count), ERR_LIMIT without memory. Whoever makes a node an operand, trunk or leaf must set its has_parent: it spares
+ * the search below the child when the parent is below nothing. */
 bool node_add_child(Scene *scene, Node *parent, Node *child, Err *err);
 
 /* M <- T M, or M <- M T if post (scripts of 2015 and before). */
