@@ -1,6 +1,6 @@
 /* Compares two pictures: pngdiff [--tolerance LEVELS] [--share PERCENT] [--edges PIXELS] A.png B.png
- * A pixel differs if a channel does by more than LEVELS (0). Passes (exit 0) if at most PERCENT (0) of the pixels differ and,
- * with --edges, each of these lies within that many pixels of an edge in either picture. Exit 1 if not, 2 on misuse. */
+ * A pixel differs if a channel does by more than LEVELS (0). Passes (exit 0) if at most PERCENT (0) of the pixels differ
+ * and, with --edges, each of these lies within that many pixels of an edge in either picture. Exit 1 if not, 2 misuse. */
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -8,7 +8,7 @@
 
 #include "tools/png.h"
 
-/* Neighbouring pixels that differ by more levels than this have an edge between them; shading alone changes by a few. */
+/* Neighbouring pixels that differ by more levels than this have an edge between them; shading alone gives a few. */
 enum { EDGE_STEP = 12 };
 
 static int level_difference(const uint8_t *a, const uint8_t *b)
