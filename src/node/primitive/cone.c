@@ -88,7 +88,7 @@ static bool refine(const Ray *ray, const Guess *g, int i, Crossing *c)
         *c = base_crossing(ray);
         return true;
     }
-    if (fabs(g->t[i]) < 0x1p-20 * (g->t[1] - g->t[0])) return false;
+    if (fabs(g->t[i]) < 0x1p-10 * (g->t[1] - g->t[0])) return false;
     *c = quadric_refine(ray, SIGNS, 0, g->t[i], SIDE);
     return true;
 }

@@ -7,39 +7,45 @@
 #include "node/primitive/quadric.h"
 
 /* Faces: 0 and 1 are x = 0 and x = 1, 2 and 3 y, 4 and 5 z. */
+static bool axis_slab(double o, double d, double *in, double *out)
+{
+    if (d == 0) {
+        *in = -INFINITY;
+        *out = INFINITY;
+        return o >= 0 && o <= 1;
+    }
+    double low = -o / d, high = (1 - o) / d;
+    *in = low < high ? low : high;
+    *out = low < high ? high : low;
+    return true;
+}
+
 static bool guess(const Ray *ray, Guess *g)
 {
-    double in = -INFINITY, out = INFINITY;
-    uint32_t part_in = 0, part_out = 0;
-    for (int i = 0; i < 3; i++) {
-        double o = vec3_get(ray->o, i), d = vec3_get(ray->d, i);
-        if (d == 0) {
-            if (!(o >= 0 && o <= 1)) return false;
-            continue;
-        }
-        uint32_t face = 2 * (uint32_t)i, back = d < 0;
-        double low = -o / d, high = (1 - o) / d;
-        double a = back ? high : low, b = back ? low : high;
-        if (a > in) {
-            in = a;
-            part_in = face + back;
-        }
-        if (b < out) {
-            out = b;
-            part_out = face + !back;
-        }
-    }
+    Vec3 in, out, o = ray->o, d = ray->d;
+    if (!axis_slab(o.x, d.x, &in.x, &out.x) || !axis_slab(o.y, d.y, &in.y, &out.y) ||
+        !axis_slab(o.z, d.z, &in.z, &out.z))
+        return false;
+    double last = in.x > in.y ? in.x : in.y, first = out.x < out.y ? out.x : out.y;
+    last = last > in.z ? last : in.z;
+    first = first < out.z ? first : out.z;
     /* each t has two roundings; subnormal quotients lose more */
-    double slack = 8 * UNIT_ROUNDOFF * (fabs(in) + fabs(out));
-    if (in - out > slack) return false;
-    *g = (Guess){.t = {in, out}, .part = {part_in, part_out}, .slack = slack, .sure = out - in > slack};
+    double slack = 8 * UNIT_ROUNDOFF * (fabs(last) + fabs(first));
+    if (last - first > slack) return false;
+    g->t[0] = last;
+    g->t[1] = first;
+    g->part[0] = last == in.x ? (d.x < 0) : last == in.y ? 2 + (d.y < 0) : 4 + (d.z < 0);
+    g->part[1] = first == out.x ? !(d.x < 0) : first == out.y ? 2 + !(d.y < 0) : 4 + !(d.z < 0);
+    g->slack = slack;
+    g->sure = first - last > slack;
     return true;
 }
 
 static bool refine(const Ray *ray, const Guess *g, int i, Crossing *c)
 {
-    int axis = (int)g->part[i] / 2;
-    *c = plane_crossing(vec3_get(ray->o, axis), vec3_get(ray->d, axis), g->part[i] % 2, g->part[i]);
+    double o[3] = {ray->o.x, ray->o.y, ray->o.z}, d[3] = {ray->d.x, ray->d.y, ray->d.z};
+    uint32_t part = g->part[i], axis = part / 2;
+    *c = plane_crossing(o[axis], d[axis], part % 2, part);
     return true;
 }
 

@@ -38,12 +38,12 @@ static bool guess(const Ray *ray, Guess *g)
     if (!cap_slab(ray, cap, cap_part)) return false;
     double a = dx * dx + dz * dz, reach = fabs(ox) + fabs(oz);
     if (!(a > 0x1p-400 && a < 0x1p400 && reach < 0x1p400)) return true;
-    double mid = -(ox * dx + oz * dz) / a, lx = ox + mid * dx, lz = oz + mid * dz;
+    double inverse = 1 / a, mid = -(ox * dx + oz * dz) * inverse, lx = ox + mid * dx, lz = oz + mid * dz;
     double ll = lx * lx + lz * lz, limit = 1 + GAMMA(16) * reach;
     if (ll > limit * limit * (1 + GAMMA(8))) return false;
     double h = 1 - ll;
     if (!(h > 0x1p-10 && reach + fabs(ray->o.y) < 0x1p20)) return true;
-    double half = sqrt(h / a), side[2] = {mid - half, mid + half};
+    double half = sqrt(h * inverse), side[2] = {mid - half, mid + half};
 
     /* How far a side's t may be off, with much to spare: half is at least 1/32 of a unit of length. */
     double slack = 0x1p-38 * (fabs(mid) + (1 + reach) * half);
@@ -71,7 +71,7 @@ static bool refine(const Ray *ray, const Guess *g, int i, Crossing *c)
         *c = cap_crossing(ray, g->part[i]);
         return true;
     }
-    if (fabs(g->t[i]) < 0x1p-20 * (g->t[1] - g->t[0])) return false;
+    if (fabs(g->t[i]) < 0x1p-10 * (g->t[1] - g->t[0])) return false;
     *c = quadric_refine(ray, SIGNS, -1, g->t[i], SIDE);
     return true;
 }

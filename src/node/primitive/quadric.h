@@ -47,7 +47,8 @@ static inline Crossing plane_crossing(double o, double d, double value, uint32_t
 {
     Dd gap = dd_sum(value, -o);
     double t = gap.hi / d;
-    if (!isfinite(t) || fabs(t) > 0x1p900 || fabs(t) < 0x1p-900 || fabs(d) < 0x1p-900 || fabs(d) > 0x1p900)
+    double size = fabs(t), slope = fabs(d);
+    if (!(size > 0x1p-900 && size < 0x1p900 && slope > 0x1p-900 && slope < 0x1p900))
         return (Crossing){t, 0, GAMMA(2) * fabs(t) + 0x1p-1074, part};
     Dd td = dd_prod(t, d);
     double lo = ((gap.hi - td.hi) - td.lo + gap.lo) / d;
@@ -70,29 +71,54 @@ static inline bool crossing_before(const Crossing *a, const Crossing *b)
     return a->t < b->t || (a->t == b->t && a->lo < b->lo);
 }
 
-/* One Newton step for s.x x^2 + s.y y^2 + s.z z^2 + k from t, residual in double-double. For a t whose own error is
- * second order small, on a ray of moderate magnitudes. */
+/* The ray's point at t, split for squaring: hi has at most 25 bits after the point, so that for |hi| <= 2 the squares
+ * are exact and so are their sums; lo is the rest. With t and d in halves (Veltkamp) the greatest term of o + t d is
+ * exact, what remains is rounded at 2^-79 of |t d|. */
+typedef struct { double hi, lo; } Split;
+
+static inline Split split_component(double o, double d, double t_hi, double t_lo)
+{
+    double c = 0x8000001p0 * d, d_hi = c - (c - d), d_lo = d - d_hi;
+    Dd s = dd_sum(o, t_hi * d_hi);
+    double hi = (s.hi + 0x1.8p27) - 0x1.8p27;
+    return (Split){hi, (s.hi - hi) + (s.lo + (t_hi * d_lo + t_lo * d))};
+}
+
+/* One Newton step for s.x x^2 + s.y y^2 + s.z z^2 + k from t, the residual being exact to about 2^-74. For a t of
+ * moderate size whose own error is small to second order, at a point with coordinates below 2. */
 static inline Crossing quadric_refine(const Ray *ray, Vec3 s, double k, double t, uint32_t part)
 {
-    double o[3] = {ray->o.x, ray->o.y, ray->o.z}, d[3] = {ray->d.x, ray->d.y, ray->d.z}, sign[3] = {s.x, s.y, s.z};
-    double f_lo = 0, slope = 0, a = 0, reach = 1;
-    Dd f = {k, 0};
-    for (int i = 0; i < 3; i++) {
-        if (sign[i] == 0) continue;
-        Dd td = dd_prod(t, d[i]), p = dd_sum(o[i], td.hi);
-        double p_lo = p.lo + td.lo;
-        Dd sq = dd_prod(p.hi, p.hi);
-        f = dd_sum(f.hi, sign[i] * sq.hi);
-        f_lo += f.lo + sign[i] * (sq.lo + 2 * p.hi * p_lo);
-        slope += sign[i] * p.hi * d[i];
-        a += d[i] * d[i];
-        reach += fabs(o[i]);
+    Vec3 o = ray->o, d = ray->d;
+    double c = 0x8000001p0 * t, t_hi = c - (c - t), t_lo = t - t_hi;
+    double square = k, cross = 0, slope = 0, a = 0, reach = 1;
+    if (s.x != 0) {
+        Split x = split_component(o.x, d.x, t_hi, t_lo);
+        square += s.x * (x.hi * x.hi);
+        cross += s.x * (x.lo * (2 * x.hi + x.lo));
+        slope += s.x * (x.hi * d.x);
+        a += d.x * d.x;
+        reach += fabs(o.x);
     }
-    slope *= 2;
-    double step = -(f.hi + f_lo) / slope;
+    if (s.y != 0) {
+        Split y = split_component(o.y, d.y, t_hi, t_lo);
+        square += s.y * (y.hi * y.hi);
+        cross += s.y * (y.lo * (2 * y.hi + y.lo));
+        slope += s.y * (y.hi * d.y);
+        a += d.y * d.y;
+        reach += fabs(o.y);
+    }
+    if (s.z != 0) {
+        Split z = split_component(o.z, d.z, t_hi, t_lo);
+        square += s.z * (z.hi * z.hi);
+        cross += s.z * (z.lo * (2 * z.hi + z.lo));
+        slope += s.z * (z.hi * d.z);
+        a += d.z * d.z;
+        reach += fabs(o.z);
+    }
+    double half_inverse = 0.5 / slope, step = -(square + cross) * half_inverse;
     Dd sum = dd_quick_sum(t, step);
-    /* the step's own error: the second-order term, the residual's u^2 rounding and the slope's rounding */
-    double err = (4 * a * step * step + 0x1p-98 * reach) / fabs(slope) + 0x1p-40 * fabs(step);
+    /* the step's own error: the second-order term, the residual's rounding, and the slope's, which hi alone gave */
+    double err = (4 * a * step * step + 0x1p-71 * reach) * fabs(half_inverse) + 0x1p-16 * fabs(step);
     return (Crossing){sum.hi, sum.lo, GAMMA(1) * fabs(sum.hi) + err, part};
 }
 

@@ -15,14 +15,14 @@ static bool guess(const Ray *ray, Guess *g)
     g->sure = false;
     double a = vec3_dot(d, d), reach = fabs(o.x) + fabs(o.y) + fabs(o.z);
     if (!(a > 0x1p-400 && a < 0x1p400 && reach < 0x1p400)) return true;
-    double mid = -vec3_dot(o, d) / a;
+    double inverse = 1 / a, mid = -vec3_dot(o, d) * inverse;
     Vec3 l = vec3_at(o, mid, d);
     double ll = vec3_dot(l, l), e = GAMMA(16) * reach;   /* e bounds the error of l's length */
     double limit = 1 + e;
     if (ll > limit * limit * (1 + GAMMA(8))) return false;
     double h = 1 - ll;
     if (!(h > 0x1p-10 && reach < 0x1p20)) return true;
-    double half = sqrt(h / a);
+    double half = sqrt(h * inverse);
     g->t[0] = mid - half;
     g->t[1] = mid + half;
     g->part[0] = g->part[1] = 0;
@@ -34,7 +34,7 @@ static bool guess(const Ray *ray, Guess *g)
 /* Close to the origin even the double-double residual is too coarse for a t that small. */
 static bool refine(const Ray *ray, const Guess *g, int i, Crossing *c)
 {
-    if (fabs(g->t[i]) < 0x1p-20 * (g->t[1] - g->t[0])) return false;
+    if (fabs(g->t[i]) < 0x1p-10 * (g->t[1] - g->t[0])) return false;
     *c = quadric_refine(ray, SIGNS, -1, g->t[i], 0);
     return true;
 }
