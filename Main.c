@@ -1,0 +1,625 @@
+/* The command line of rt: reads the options, runs the scene, and for each gr.render checks the output, compiles, renders
+ * and writes. Everything that is printed is printed here. */
+#include <errno.h>
+#include <float.h>
+#include <getopt.h>
+#include <inttypes.h>
+#include <math.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include "common/cpu.h"
+#include "common/err.h"
+#include "common/place.h"
+#include "render.h"
+#include "render/progress.h"
+#include "render/report.h"
+#include "scene/compile.h"
+#include "scene/job.h"
+#include "scene_lua.h"
+#include "tools/nearest.h"
+#include "tools/outfile.h"
+#include "tools/png.h"
+
+#define VERSION "1.0.0"
+
+enum {
+    MAX_THREADS = 1024,
+    MIN_SAMPLES_PER_THREAD = 16384,  /* fewer aren't worth a thread */
+    OPTION_KEYS = 256,               /* keys of options without a letter begin here */
+};
+
+typedef struct {
+    const char *script, *output, *stats;
+    const char **include;          /* the folders of -I, in order */
+    int include_count;
+    const char *const *args;       /* what follows -- */
+    int arg_count;
+    bool has_size, has_crop;
+    uint32_t width, height, crop[4];
+    uint32_t threads;              /* 0: by the machine and the picture */
+    bool legacy, srgb, check, quiet;
+    bool help, version;            /* were asked for */
+    RenderOptions options;
+} CommandLine;
+
+typedef struct {
+    CommandLine line;
+    Report *report;       /* NULL without --stats */
+    StageTime clock;      /* at the end of the last stage */
+    uint32_t renders;
+    Progress progress;
+    bool shows_progress, bar_is_shown;
+} App;
+
+/* ---- the command line ---- */
+
+static bool bad_value(const char *option, const char *value, const char *expected, Err *err)
+{
+    return err_set(err, ERR_USAGE, "%s must be %s, not '%s'", option, expected, value);
+}
+
+/* A decimal integer in [least, most], without sign or blanks; *end is what follows it. */
+static bool parse_integer(const char *text, uint64_t least, uint64_t most, uint64_t *number, const char **end)
+{
+    if (*text < '0' || *text > '9') return false;
+    char *stop;
+    errno = 0;
+    unsigned long long n = strtoull(text, &stop, 10);
+    *number = n;
+    *end = stop;
+    return errno == 0 && n >= least && n <= most;
+}
+
+/* `count` integers in [least, most] with `mark` between them, and nothing else. */
+static bool parse_integers(const char *text, char mark, uint64_t least, uint64_t most, size_t count, uint32_t *out)
+{
+    for (size_t i = 0; i < count; i++) {
+        uint64_t n;
+        if (i > 0 && *text++ != mark) return false;
+        if (!parse_integer(text, least, most, &n, &text)) return false;
+        out[i] = (uint32_t)n;
+    }
+    return *text == '\0';
+}
+
+static bool set_output(CommandLine *line, const char *value, Err *err)
+{
+    line->output = value;
+    return *value || bad_value("-o", value, "a file", err);
+}
+
+static bool set_size(CommandLine *line, const char *value, Err *err)
+{
+    uint32_t size[2];
+    if (!parse_integers(value, 'x', 1, UINT32_MAX, 2, size)) return bad_value("--size", value, "WxH, at least 1x1", err);
+    if (size[0] > MAX_SIDE || size[1] > MAX_SIDE || (uint64_t)size[0] * size[1] > MAX_AREA)
+        return err_set(err, ERR_LIMIT, "--size %s: the limits are %u pixels a side and %u in all", value, MAX_SIDE, MAX_AREA);
+    line->width = size[0];
+    line->height = size[1];
+    line->has_size = true;
+    return true;
+}
+
+static bool set_crop(CommandLine *line, const char *value, Err *err)
+{
+    const uint32_t *c = line->crop;
+    if (!parse_integers(value, ',', 0, MAX_SIDE, 4, line->crop) || c[0] >= c[2] || c[1] >= c[3])
+        return bad_value("--crop", value, "X0,Y0,X1,Y1 with X0 < X1 and Y0 < Y1", err);
+    line->has_crop = true;
+    return true;
+}
+
+static bool set_samples(CommandLine *line, const char *value, Err *err)
+{
+    line->options.given |= OPTION_SAMPLES;
+    return parse_integers(value, 0, 1, MAX_SAMPLES, 1, &line->options.samples) ||
+           bad_value("-s", value, "an integer from 1 to 65536", err);
+}
+
+static bool set_max_depth(CommandLine *line, const char *value, Err *err)
+{
+    line->options.given |= OPTION_MAX_DEPTH;
+    return parse_integers(value, 0, 0, MAX_MAX_DEPTH, 1, &line->options.max_depth) ||
+           bad_value("--max-depth", value, "an integer from 0 to 1000", err);
+}
+
+static bool set_seed(CommandLine *line, const char *value, Err *err)
+{
+    const char *end;
+    line->options.given |= OPTION_SEED;
+    return (parse_integer(value, 0, UINT64_MAX, &line->options.seed, &end) && !*end) ||
+           bad_value("--seed", value, "an integer from 0 to 2^64 - 1", err);
+}
+
+static bool set_background(CommandLine *line, const char *value, Err *err)
+{
+    double v[3];
+    const char *text = value;
+    for (int i = 0; i < 3; i++) {
+        char *end;
+        v[i] = strtod(text, &end);
+        if (end == text || *end != (i < 2 ? ',' : '\0') || !(fabs(v[i]) <= (double)FLT_MAX))
+            return bad_value("--background", value, "R,G,B", err);
+        text = end + 1;
+    }
+    line->options.given |= OPTION_BACKGROUND;
+    line->options.background = rgb((float)v[0], (float)v[1], (float)v[2]);
+    return true;
+}
+
+static bool set_threads(CommandLine *line, const char *value, Err *err)
+{
+    return parse_integers(value, 0, 1, MAX_THREADS, 1, &line->threads) ||
+           bad_value("-t", value, "an integer from 1 to 1024", err);
+}
+
+static bool set_include(CommandLine *line, const char *value, Err *err)
+{
+    line->include[line->include_count++] = value;
+    return *value || bad_value("-I", value, "a folder", err);
+}
+
+static bool set_stats(CommandLine *line, const char *value, Err *err)
+{
+    line->stats = value;
+    return *value || bad_value("--stats", value, "a file", err);
+}
+
+static bool set_legacy(CommandLine *line, const char *value, Err *err)
+{
+    (void)value, (void)err;
+    return line->legacy = true;
+}
+
+static bool set_srgb(CommandLine *line, const char *value, Err *err)
+{
+    (void)value, (void)err;
+    return line->srgb = true;
+}
+
+static bool set_check(CommandLine *line, const char *value, Err *err)
+{
+    (void)value, (void)err;
+    return line->check = true;
+}
+
+static bool set_quiet(CommandLine *line, const char *value, Err *err)
+{
+    (void)value, (void)err;
+    return line->quiet = true;
+}
+
+static bool set_help(CommandLine *line, const char *value, Err *err)
+{
+    (void)value, (void)err;
+    return line->help = true;
+}
+
+static bool set_version(CommandLine *line, const char *value, Err *err)
+{
+    (void)value, (void)err;
+    return line->version = true;
+}
+
+static const struct {
+    char letter;           /* 0: none */
+    const char *name;      /* NULL: none */
+    const char *argument;  /* NULL: takes none */
+    bool (*set)(CommandLine *line, const char *value, Err *err);
+    const char *help;      /* lines parted by newlines */
+} option_rows[] = {
+    {'o', "output", "FILE", set_output,
+     "write the picture to FILE instead of the script's file; when a script\n"
+     "renders several, the later ones go to FILE-2, FILE-3, ... (out-2.png)"},
+    {0, "size", "WxH", set_size, "width and height in pixels instead of the script's"},
+    {0, "crop", "X0,Y0,X1,Y1", set_crop,
+     "render this part only: the origin is at the top left, X1 and Y1 are\n"
+     "exclusive; its pixels are those of the whole picture"},
+    {'s', "samples", "N", set_samples, "samples per pixel (9); one is the pixel's centre"},
+    {0, "max-depth", "N", set_max_depth, "greatest number of mirror bounces (4)"},
+    {0, "seed", "N", set_seed, "of the samples; never changes the geometry"},
+    {0, "background", "R,G,B", set_background, "colour where nothing is hit, instead of the gradient"},
+    {0, "srgb", NULL, set_srgb, "decode textures from sRGB and encode the picture in it"},
+    {'t', "threads", "N", set_threads, "threads (the processors this process may use)"},
+    {'I', "include", "DIR", set_include,
+     "look for inputs there too, after the script's folder and the working\n"
+     "directory; may be given several times"},
+    {0, "legacy", NULL, set_legacy,
+     "run a script of 2015 or before: later transforms apply first, and Lua\n"
+     "5.1's names exist"},
+    {0, "check", NULL, set_check, "do all but rendering: find out what is wrong with a scene"},
+    {0, "stats", "FILE", set_stats, "write times, rays and memory to FILE, as JSON"},
+    {'q', "quiet", NULL, set_quiet, "no progress bar and no summary; warnings stay"},
+    {'h', "help", NULL, set_help, "print this help"},
+    {0, "version", NULL, set_version, "print the version"},
+};
+
+enum { OPTION_COUNT = sizeof option_rows / sizeof option_rows[0] };
+
+static int option_key(size_t row)
+{
+    return option_rows[row].letter ? option_rows[row].letter : OPTION_KEYS + (int)row;
+}
+
+/* getopt's two forms of the table. The string begins with "-:": words that are no options come as option 1, so that
+ * they can be told from those after "--", and a missing value as ':'. */
+static void make_getopt_tables(struct option *longs, char *letters)
+{
+    *letters++ = '-';
+    *letters++ = ':';
+    for (size_t i = 0; i < OPTION_COUNT; i++) {
+        int takes = option_rows[i].argument ? required_argument : no_argument;
+        longs[i] = (struct option){option_rows[i].name, takes, NULL, option_key(i)};
+        if (!option_rows[i].letter) continue;
+        *letters++ = option_rows[i].letter;
+        if (takes == required_argument) *letters++ = ':';
+    }
+    longs[OPTION_COUNT] = (struct option){NULL, 0, NULL, 0};
+    *letters = '\0';
+}
+
+/* getopt has refused `word`; `key` is optopt: the letter, the key of a long option that got a value it doesn't take, or 0. */
+static bool unknown_option(const char *word, int key, Err *err)
+{
+    if (strncmp(word, "--", 2) != 0) return err_set(err, ERR_USAGE, "unknown option -%c", key);
+    size_t length = strcspn(word, "=");
+    if (key != 0) return err_set(err, ERR_USAGE, "%.*s takes no value", (int)length, word);
+    const char *names[OPTION_COUNT];
+    char name[64];
+    for (size_t i = 0; i < OPTION_COUNT; i++) names[i] = option_rows[i].name;
+    snprintf(name, sizeof name, "%.*s", (int)(length - 2), word + 2);
+    const char *near = nearest_name(name, names, OPTION_COUNT);
+    if (near) return err_set(err, ERR_USAGE, "unknown option %.*s (did you mean --%s?)", (int)length, word, near);
+    return err_set(err, ERR_USAGE, "unknown option %.*s", (int)length, word);
+}
+
+static bool set_option(CommandLine *line, int key, const char *value, Err *err)
+{
+    for (size_t i = 0; i < OPTION_COUNT; i++)
+        if (option_key(i) == key) return option_rows[i].set(line, value, err);
+    return err_set(err, ERR_USAGE, "unknown option");
+}
+
+static bool set_script(CommandLine *line, const char *word, Err *err)
+{
+    if (line->script)
+        return err_set(err, ERR_USAGE, "one scene at a time, not '%s' too (words for the script stand after --)", word);
+    line->script = word;
+    return true;
+}
+
+/* Fills *line, whose `include` has room for argc folders. */
+static bool parse_command_line(int argc, char **argv, CommandLine *line, Err *err)
+{
+    struct option longs[OPTION_COUNT + 1];
+    char letters[2 * OPTION_COUNT + 3];
+    make_getopt_tables(longs, letters);
+    opterr = 0;
+    for (int key; (key = getopt_long(argc, argv, letters, longs, NULL)) != -1;) {
+        const char *word = argv[optind - 1];
+        if (key == ':') return err_set(err, ERR_USAGE, "%s needs a value", word);
+        if (key == '?') return unknown_option(word, optopt, err);
+        if (!(key == 1 ? set_script(line, optarg, err) : set_option(line, key, optarg, err))) return false;
+        if (line->help || line->version) return true;
+    }
+    line->args = (const char *const *)argv + optind;
+    line->arg_count = argc - optind;
+    return line->script || err_set(err, ERR_USAGE, "which scene?");
+}
+
+/* ---- what is printed ---- */
+
+static void print_help(void)
+{
+    printf("Usage: rt [options] scene.lua [options] [-- words for the script]\n"
+           "Renders the pictures that a Lua scene asks for with gr.render.\n\n"
+           "Options:\n");
+    for (size_t i = 0; i < OPTION_COUNT; i++) {
+        char names[64], letter[8] = "    ";
+        const char *argument = option_rows[i].argument;
+        if (option_rows[i].letter) snprintf(letter, sizeof letter, "-%c, ", option_rows[i].letter);
+        snprintf(names, sizeof names, "%s--%s%s%s", letter, option_rows[i].name, argument ? " " : "", argument ? argument : "");
+        const char *text = option_rows[i].help;
+        for (const char *left = names; text; left = "") {
+            size_t length = strcspn(text, "\n");
+            printf("  %-25s %.*s\n", left, (int)length, text);
+            text = text[length] ? text + length + 1 : NULL;
+        }
+    }
+    printf("\nExit status: 0 done, 1 the script or the scene is wrong, 2 the command line,\n"
+           "3 the scene or a file that it names can't be read, 4 the output can't be\n"
+           "written, 5 a limit, 6 out of time.\n");
+}
+
+static void print_error(const Err *err)
+{
+    const char *hint = err->kind == ERR_USAGE ? " (see rt --help)" : "";
+    fprintf(stderr, "%s%s%s\n", place_length(err->text) ? "" : "rt: ", err->text, hint);
+}
+
+static void erase_bar(App *app)
+{
+    if (app->bar_is_shown) fputs("\r\033[K", stderr);
+    app->bar_is_shown = false;
+}
+
+static void print_warning(void *context, const char *text)
+{
+    erase_bar(context);
+    size_t place = place_length(text);
+    fprintf(stderr, "%.*swarning: %s\n", place ? (int)place : 4, place ? text : "rt: ", text + place);
+}
+
+static void show_progress(void *context, double share)
+{
+    App *app = context;
+    struct winsize window;
+    char text[128];
+    size_t columns = ioctl(STDERR_FILENO, TIOCGWINSZ, &window) == 0 && window.ws_col > 0 ? window.ws_col : 80;
+    if (!progress_line(&app->progress, cpu_wall_s(), share, columns, text, sizeof text)) return;
+    fprintf(stderr, "\r%s\033[K", text);
+    app->bar_is_shown = true;
+}
+
+/* ---- one call of gr.render ---- */
+
+/* The picture's size and what is rendered of it, samples and the rest: the command line goes before the script. */
+static bool make_settings(App *app, const RenderJob *job, RenderSettings *settings, Err *err)
+{
+    const CommandLine *line = &app->line;
+    const RenderOptions *mine = &line->options, *its = &job->options;
+    unsigned given = mine->given | its->given;
+#define CHOOSE(bit, field) ((mine->given & (bit) ? mine : its)->field)
+    *settings = (RenderSettings){
+        .width = line->has_size ? line->width : job->width,
+        .height = line->has_size ? line->height : job->height,
+        .samples = given & OPTION_SAMPLES ? CHOOSE(OPTION_SAMPLES, samples) : DEFAULT_SAMPLES,
+        .max_depth = given & OPTION_MAX_DEPTH ? CHOOSE(OPTION_MAX_DEPTH, max_depth) : DEFAULT_MAX_DEPTH,
+        .seed = given & OPTION_SEED ? CHOOSE(OPTION_SEED, seed) : 0,
+        .has_background = given & OPTION_BACKGROUND,
+        .background = CHOOSE(OPTION_BACKGROUND, background),
+        .srgb = line->srgb,
+        .progress = app->shows_progress ? show_progress : NULL,
+        .progress_context = app,
+    };
+#undef CHOOSE
+    settings->x1 = settings->width;
+    settings->y1 = settings->height;
+    if (line->has_crop) {
+        settings->x0 = line->crop[0];
+        settings->y0 = line->crop[1];
+        settings->x1 = line->crop[2];
+        settings->y1 = line->crop[3];
+    }
+    if (settings->x1 > settings->width || settings->y1 > settings->height)
+        return err_set(err, ERR_USAGE, "--crop reaches beyond the picture of %" PRIu32 " x %" PRIu32, settings->width,
+                       settings->height);
+    uint64_t pixels = (uint64_t)(settings->x1 - settings->x0) * (settings->y1 - settings->y0);
+    uint64_t useful = pixels * settings->samples / MIN_SAMPLES_PER_THREAD + 1, allowed = cpu_allowed();
+    settings->threads = line->threads ? line->threads : (uint32_t)(useful < allowed ? useful : allowed);
+    return true;
+}
+
+/* Where the picture goes, malloc'ed: "out.png", "out-2.png", ... with -o, or the script's file. */
+static char *output_path(const App *app, const RenderJob *job)
+{
+    if (!app->line.output) return strdup(job->file);
+    if (app->renders == 1) return strdup(app->line.output);
+    const char *path = app->line.output, *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
+    const char *dot = strrchr(name, '.');
+    size_t stem = dot && dot > name ? (size_t)(dot - path) : strlen(path), room = strlen(path) + 16;
+    char *numbered = malloc(room);
+    if (numbered) snprintf(numbered, room, "%.*s-%" PRIu32 "%s", (int)stem, path, app->renders, path + stem);
+    return numbered;
+}
+
+/* While a temporary file exists, signals that end the program wait: the file is removed or renamed first. */
+static sigset_t hold_signals(void)
+{
+    sigset_t ending, before;
+    sigemptyset(&ending);
+    sigaddset(&ending, SIGINT);
+    sigaddset(&ending, SIGTERM);
+    sigaddset(&ending, SIGHUP);
+    sigprocmask(SIG_BLOCK, &ending, &before);
+    return before;
+}
+
+static Outfile *open_output(const char *path, Err *err)
+{
+    sigset_t before = hold_signals();
+    Outfile *file = outfile_open(path, err);
+    sigprocmask(SIG_SETMASK, &before, NULL);
+    return file;
+}
+
+static bool commit_output(Outfile *file, const void *data, size_t size, Err *err)
+{
+    sigset_t before = hold_signals();
+    bool ok = outfile_commit(file, data, size, err);
+    sigprocmask(SIG_SETMASK, &before, NULL);
+    return ok;
+}
+
+/* An error that doesn't say where it comes from gets the place of the call of gr.render. */
+static bool blame_call(const RenderJob *job, Err *err)
+{
+    if (place_length(err->text) == 0) err_prefix(err, job->where);
+    return false;
+}
+
+static World *compile(App *app, const RenderJob *job, CompileStats *stats, Err *err)
+{
+    CompileSettings settings = {.srgb = app->line.srgb, .warn = print_warning, .warn_context = app};
+    World *world = world_compile(job, &settings, stats, err);
+    if (!world) blame_call(job, err);
+    return world;
+}
+
+static uint8_t *draw(App *app, const RenderJob *job, const RenderSettings *settings, RenderReport *report, Err *err)
+{
+    World *world = compile(app, job, &report->compile, err);
+    if (!world) return NULL;
+    uint8_t *pixels = malloc((size_t)report->width * report->height * 3);
+    app->progress = progress_start(cpu_wall_s());
+    bool ok = pixels ? render(world, settings, pixels, &report->render, err) : err_memory(err, "the picture");
+    erase_bar(app);
+    world_destroy(world);
+    if (ok) return pixels;
+    free(pixels);
+    blame_call(job, err);
+    return NULL;
+}
+
+static bool encode(const RenderReport *report, const uint8_t *pixels, Outfile *file, Err *err)
+{
+    uint8_t *data = NULL;
+    size_t size = 0;
+    if (!png_encode(pixels, report->width, report->height, &data, &size, err)) {
+        outfile_abandon(file);
+        return false;
+    }
+    bool ok = commit_output(file, data, size, err);
+    free(data);
+    return ok;
+}
+
+static bool draw_and_write(App *app, const RenderJob *job, const RenderSettings *settings, RenderReport *report, Err *err)
+{
+    Outfile *file = open_output(report->file, err);
+    if (!file) return app->line.output ? false : blame_call(job, err);
+    uint8_t *pixels = draw(app, job, settings, report, err);
+    if (!pixels) {
+        outfile_abandon(file);
+        return false;
+    }
+    stage_lap(&app->clock);
+    bool ok = encode(report, pixels, file, err);
+    report->encode = stage_lap(&app->clock);
+    free(pixels);
+    if (!ok) return app->line.output ? false : blame_call(job, err);
+    if (!app->line.quiet) {
+        char text[512];
+        report_summary(report, text, sizeof text);
+        fprintf(stderr, "%s\n", text);
+    }
+    return true;
+}
+
+static bool check_job(App *app, const RenderJob *job, RenderReport *report, Err *err)
+{
+    World *world = compile(app, job, &report->compile, err);
+    world_destroy(world);
+    return world != NULL;
+}
+
+/* The sink of scene_lua_run. */
+static bool render_job(void *context, const RenderJob *job, Err *err)
+{
+    App *app = context;
+    RenderSettings settings;
+    app->renders++;
+    RenderReport report = {.where = job->where, .script = stage_lap(&app->clock)};
+    if (!make_settings(app, job, &settings, err)) return false;
+    report.width = settings.x1 - settings.x0;
+    report.height = settings.y1 - settings.y0;
+    report.samples = settings.samples;
+    report.max_depth = settings.max_depth;
+    char *path = output_path(app, job);
+    if (!path) return err_memory(err, "the picture's path");
+    report.file = app->line.check ? NULL : path;
+    bool ok = app->line.check ? check_job(app, job, &report, err) : draw_and_write(app, job, &settings, &report, err);
+    report.peak_bytes = cpu_peak_bytes();
+    if (ok && app->report) report_add(app->report, &report);
+    free(path);
+    stage_lap(&app->clock);
+    return ok;
+}
+
+/* ---- the run ---- */
+
+static bool run_scene(App *app, Err *err)
+{
+    const CommandLine *line = &app->line;
+    SceneScript script = {
+        .script = line->script,
+        .args = line->args,
+        .arg_count = line->arg_count,
+        .include = line->include,
+        .include_count = line->include_count,
+        .legacy = line->legacy,
+    };
+    RenderSink sink = {.render = render_job, .warn = print_warning, .context = app};
+    app->shows_progress = !line->quiet && isatty(STDERR_FILENO);
+    stage_lap(&app->clock);
+    return scene_lua_run(&script, &sink, err);
+}
+
+static bool write_report(Report *report, Outfile *file, Err *err)
+{
+    const char *text;
+    size_t size;
+    if (report_finish(report, &text, &size, err)) return commit_output(file, text, size, err);
+    outfile_abandon(file);
+    return false;
+}
+
+static bool run_with_stats(App *app, Err *err)
+{
+    Outfile *file = open_output(app->line.stats, err);
+    if (!file) return false;
+    app->report = report_create(app->line.script);
+    bool ok = app->report ? run_scene(app, err) : err_memory(err, "the statistics");
+    if (ok)
+        ok = write_report(app->report, file, err);
+    else
+        outfile_abandon(file);
+    report_destroy(app->report);
+    return ok;
+}
+
+static bool run(App *app, int argc, char **argv, Err *err)
+{
+    if (!parse_command_line(argc, argv, &app->line, err)) return false;
+    bool ok = true;
+    if (app->line.help)
+        print_help();
+    else if (app->line.version)
+        printf("rt " VERSION "\n");
+    else
+        ok = app->line.stats ? run_with_stats(app, err) : run_scene(app, err);
+    bool flushed = fflush(stdout) == 0 && !ferror(stdout);
+    if (ok && !flushed) return err_set(err, ERR_OUTPUT, "can't write to standard output: %s", strerror(errno));
+    return ok;
+}
+
+static void end_by_signal(int number) { _exit(128 + number); }
+
+/* Signals that end the program do so with a status; a file that grows too large is an error of write. */
+static void catch_signals(void)
+{
+    static const int ending[] = {SIGINT, SIGTERM, SIGHUP};
+    for (size_t i = 0; i < sizeof ending / sizeof ending[0]; i++) {
+        struct sigaction action = {.sa_handler = end_by_signal}, before;
+        if (sigaction(ending[i], NULL, &before) == 0 && before.sa_handler != SIG_IGN) sigaction(ending[i], &action, NULL);
+    }
+    signal(SIGXFSZ, SIG_IGN);
+}
+
+int main(int argc, char **argv)
+{
+    Err err = {ERR_NONE, ""};
+    App app = {.renders = 0};
+    catch_signals();
+    app.line.include = calloc((size_t)argc + 1, sizeof *app.line.include);
+    bool ok = app.line.include ? run(&app, argc, argv, &err) : err_memory(&err, "the command line");
+    free(app.line.include);
+    if (ok) return 0;
+    print_error(&err);
+    return (int)err.kind;
+}
