@@ -1,0 +1,851 @@
+/* Constructive solid geometry on events with identities.
+ *
+ * Along a line each leaf gives ordered in/out pairs. Sorted together they are events; the Boolean expression is
+ * evaluated only on the open intervals between them, never at a surface, which gives the regularised result
+ * (Requicha and Voelcker 1985). Three things are not as in Roth 1982, who merged segment lists up the tree:
+ *
+ * 1. The expression is a tree of counting gates. Differences become intersections with a complement, complements are
+ *    pushed down to the leaves (De Morgan), and a gate takes in its operands of the same kind. So A - B - C - ... and
+ *    A + B + C + ... are one gate however deep they were written; a crossing adds one to or takes one off the counts
+ *    on its way to the root, and stops where a gate's state doesn't change.
+ *
+ * 2. Leaves are found by a bounding volume hierarchy of their own. What counts of a leaf lies in its box and in the
+ *    boxes of all operators above it (a difference has the box of its left operand, an intersection the overlap).
+ *    A leaf whose part the line misses stays at the value that it has far away. That is exact: by induction from the
+ *    leaves, an operator's value outside its box is constant whatever was left out, and inside the boxes of all the
+ *    operators above it nothing was left out.
+ *
+ * 3. Coincidence. Each event has an interval in t that holds the true crossing: the primitive's own bound, and the
+ *    error e of the place in leaf space (rounding of the ray's transform, rounding of the leaf's matrix) along the
+ *    normal n, |n|.e / |n.d|. As both gap and bound grow by 1 / |n.d| at grazing angles, whether two faces count as
+ *    one depends on the thickness between them, not on the view. Events are taken together as long as their intervals
+ *    have a point in common: then moving every face by no more than its bound makes them really one. (Chaining, where
+ *    each overlaps but the next, would let one grazing face with its long interval join the two sides of a thick
+ *    wall.) A leaf that goes in and out within a group is a sliver of its own, and changes nothing. Results thinner
+ *    than the bounds of their two ends, which can remain between neighbouring groups, are dropped. */
+#include "node/csg/csg.h"
+
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "common/numeric.h"
+
+#define NONE UINT32_MAX
+
+enum {
+    /* Roundings that an entry of a leaf's matrix or of its inverse may have behind it: four products of four roundings
+     * (node on node), or as many in the inverse. */
+    MATRIX_ROUNDINGS = 16,
+    /* The slab test has three roundings of (plane - origin), and the origin is within five times the reach. */
+    SLAB_ROUNDINGS = 32,
+    /* A ray that starts farther away than so many times the reach is moved to the solid first. */
+    FAR_ORIGIN = 4,
+    LEAVES_PER_NODE = 4,
+    LOCAL_EVENTS = 24,   /* as many live on the stack */
+    LOCAL_GATES = 16,
+    INSERTION_MAX = 24,  /* sorted by insertion up to here, by merging above */
+};
+
+typedef struct {
+    Affine to_leaf;
+    Vec3 spread;         /* the part of the place's error in leaf space that doesn't depend on the ray */
+    const Prim *prim;
+    uint32_t gate;
+    bool flip;           /* its complement counts */
+    bool identity;
+    uint32_t shown;
+    Affine to_csg;
+    Box bounds;          /* leaf space */
+    Vec3 skin;           /* CSG space: how far faces that count as one may lie apart */
+} Leaf;
+
+/* On if at least `threshold` of its operands are: 1 makes it an OR, their number an AND. */
+typedef struct { uint32_t parent, threshold; } Gate;
+
+typedef struct {
+    uint32_t count;
+    bool settled;        /* its state before the present group of events */
+} GateState;
+
+/* In preorder; `skip` is the next one outside the subtree. */
+typedef struct {
+    Box box;
+    uint32_t skip;
+    uint32_t first, count;  /* items of a leaf; count 0: inner */
+} Node;
+
+typedef struct {
+    Box box;
+    uint32_t leaf;
+} Item;
+
+typedef struct {
+    Prim prim;
+    Leaf *leaf;
+    Gate *gate;
+    GateState *idle;     /* of all gates, at t = -infinity */
+    Node *node;
+    Item *item;          /* leaves that can matter, in the order of the nodes */
+    CsgToken *token;     /* none of them a CSG primitive */
+    uint32_t leaf_count, gate_count, node_count, item_count, token_count;
+    Box bounds;
+    Vec3 centre;
+    double reach;
+    Vec3 skin;           /* the greatest of the leaves */
+} Csg;
+
+static const PrimOps OPS;
+
+/* ---- Tracing ---- */
+
+typedef struct {
+    double t, lo, hi;    /* along the moved ray */
+    uint32_t edge;       /* 2 * segment, + 1 where it leaves */
+    uint32_t leaf;
+} Event;
+
+typedef struct {
+    const Csg *csg;
+    Scratch *scratch;
+    Vec3 o, d, inv;      /* the moved ray and 1 / d */
+    double shift;        /* t of its origin on the ray as given */
+    SegList segs;        /* of all leaves, one after the other */
+    Event *event;
+    uint32_t count, capacity;
+    uint32_t *order;     /* of the events by t; its first `result_count` are overwritten with the result's */
+    uint32_t result_count;
+    Event local_event[LOCAL_EVENTS];
+    uint32_t local_order[2 * LOCAL_EVENTS];
+} Trace;
+
+/* Moves the origin of a far ray to the point nearest to the middle of the solid and returns how far in t. The rounding
+ * of this is the same for all leaves, so faces stay as near to each other as if the ray had started there. */
+static double move_origin(const Csg *csg, Vec3 *o, Vec3 d)
+{
+    if (vec3_max(vec3_abs(*o)) <= FAR_ORIGIN * csg->reach) return 0;
+    double m = vec3_max(vec3_abs(d)), k = m > 1e-100 && m < 1e100 ? 1 : vec3_pow2_scale(d);
+    Vec3 e = vec3_scale(d, k);
+    double shift = vec3_dot(vec3_sub(csg->centre, *o), e) / vec3_dot(e, e) * k;
+    if (!isfinite(shift)) return 0;
+    *o = vec3_at(*o, shift, d);
+    return shift;
+}
+
+static Vec3 abs_linear(const Affine *a, Vec3 v)
+{
+    return vec3_make(fabs(a->m[0][0]) * v.x + fabs(a->m[0][1]) * v.y + fabs(a->m[0][2]) * v.z,
+                fabs(a->m[1][0]) * v.x + fabs(a->m[1][1]) * v.y + fabs(a->m[1][2]) * v.z,
+                fabs(a->m[2][0]) * v.x + fabs(a->m[2][1]) * v.y + fabs(a->m[2][2]) * v.z);
+}
+
+/* Clips [near, far] to a pair of planes. A zero direction gives 1 / d = +-inf: then planes beside the origin give
+ * infinities of the right sign, and a plane through it gives 0 * inf = NaN, which no comparison lets in. */
+static void clip_slab(double lo, double hi, double o, double inv, double *near, double *far)
+{
+    double a = ((inv < 0 ? hi : lo) - o) * inv;
+    double b = ((inv < 0 ? lo : hi) - o) * inv;
+    if (a > *near) *near = a;
+    if (b < *far) *far = b;
+}
+
+static bool clip_box(Box box, Vec3 o, Vec3 inv, double *near, double *far)
+{
+    clip_slab(box.lo.x, box.hi.x, o.x, inv.x, near, far);
+    clip_slab(box.lo.y, box.hi.y, o.y, inv.y, near, far);
+    clip_slab(box.lo.z, box.hi.z, o.z, inv.z, near, far);
+    return *near <= *far;
+}
+
+/* The boxes are padded for the roundings of this, so it need not be. */
+static bool line_meets(const Trace *tr, Box box)
+{
+    double near = -INFINITY, far = INFINITY;
+    return clip_box(box, tr->o, tr->inv, &near, &far);
+}
+
+static bool reserve_events(Trace *tr, uint32_t more)
+{
+    if (more <= tr->capacity - tr->count) return true;
+    uint32_t capacity = 2 * tr->capacity;
+    while (capacity - tr->count < more) capacity *= 2;
+    Event *event = arena_alloc(tr->scratch->arena, capacity * sizeof *event);
+    if (!event) {
+        tr->scratch->out_of_memory = true;
+        return false;
+    }
+    memcpy(event, tr->event, tr->count * sizeof *event);
+    tr->event = event;
+    tr->capacity = capacity;
+    return true;
+}
+
+/* Rays in the plane of a flat face are taken to run beside it, all leaves' faces on the same side of them, as if the ray
+ * were moved by an infinitesimal step in this direction of CSG space (the simulation of simplicity of Edelsbrunner and
+ * Muecke 1990). It is in no plane that a scene is likely to have. */
+static const Vec3 ASIDE = {0.8017837257372732, 0.5122083536123418, 0.3079614987123441};
+
+/* A ray that lies in a flat face, as nearly as the matrix and the ray's transform tell, is put exactly into the plane,
+ * which counts as inside, or misses the leaf (false), by the side that ASIDE leads to. So it sees just one of two boxes
+ * that abut there, not both or none, and the same of A and of A by other roundings. Known are the faces that lie in
+ * those of the leaf's box: a cube's, and the flat ends of cylinder and cone. */
+static bool step_aside(const Leaf *leaf, Vec3 place_err, Ray *ray)
+{
+    double o[3] = {ray->o.x, ray->o.y, ray->o.z}, d[3] = {ray->d.x, ray->d.y, ray->d.z};
+    int along = fabs(d[0]) >= fabs(d[1]) && fabs(d[0]) >= fabs(d[2]) ? 0 : fabs(d[1]) >= fabs(d[2]) ? 1 : 2;
+    double extent = vec3_get(leaf->bounds.hi, along) - vec3_get(leaf->bounds.lo, along);
+    double middle = vec3_get(leaf->bounds.lo, along) + 0.5 * extent;
+    double t = (middle - o[along]) / d[along], half_length = 0.5 * extent / fabs(d[along]);
+    for (int i = 0; i < 3; i++) {
+        double err = 2 * vec3_get(place_err, i);
+        if (i == along || !(fabs(d[i]) * half_length <= err)) continue;
+        double p = o[i] + t * d[i], lo = vec3_get(leaf->bounds.lo, i), hi = vec3_get(leaf->bounds.hi, i);
+        bool at_lo = fabs(p - lo) < fabs(p - hi);
+        if (!(fabs(p - (at_lo ? lo : hi)) <= err)) continue;
+        const double *row = leaf->to_leaf.m[i];
+        if (at_lo != (vec3_dot(vec3_make(row[0], row[1], row[2]), ASIDE) > 0)) return false;
+        o[i] = at_lo ? lo : hi;
+        d[i] = 0;
+    }
+    ray->o = vec3_make(o[0], o[1], o[2]);
+    ray->d = vec3_make(d[0], d[1], d[2]);
+    return true;
+}
+
+/* Whether a component of the direction is so small that the ray may lie in a face's plane. */
+static bool nearly_axial(Vec3 d)
+{
+    Vec3 a = vec3_abs(d);
+    double m = vec3_max(a) * 0x1p-20;
+    return a.x <= m || a.y <= m || a.z <= m;
+}
+
+/* A face nearly in the ray's direction has an interval without end; but the leaf is not beyond its box. */
+static void cap_interval(Event *event, const Leaf *leaf, Vec3 o, Vec3 d, Vec3 place_err)
+{
+    Box box = {vec3_sub(leaf->bounds.lo, place_err), vec3_add(leaf->bounds.hi, place_err)};
+    double near = -INFINITY, far = INFINITY;
+    if (!clip_box(box, o, vec3_make(1 / d.x, 1 / d.y, 1 / d.z), &near, &far)) return;
+    event->lo = fmin(event->t, fmax(event->lo, near));
+    event->hi = fmax(event->t, fmin(event->hi, far));
+}
+
+/* Appends the crossings of one leaf. */
+static bool collect_leaf(Trace *tr, uint32_t index)
+{
+    const Leaf *leaf = &tr->csg->leaf[index];
+    Ray ray = {tr->o, tr->d, -INFINITY, INFINITY};
+    if (!leaf->identity) {
+        ray.o = affine_point(&leaf->to_leaf, tr->o);
+        ray.d = affine_vector(&leaf->to_leaf, tr->d);
+    }
+    /* error of the place in leaf space: at_origin + |t| per_t */
+    Vec3 at_origin = vec3_at(leaf->spread, GAMMA(4), abs_linear(&leaf->to_leaf, vec3_abs(tr->o)));
+    Vec3 per_t = vec3_scale(abs_linear(&leaf->to_leaf, vec3_abs(tr->d)), GAMMA(4));
+    if (nearly_axial(ray.d) && !step_aside(leaf, at_origin, &ray)) return true;
+    uint32_t first = tr->segs.count;
+    if (!leaf->prim->ops->segments(leaf->prim, &ray, &tr->segs)) return false;
+    uint32_t added = tr->segs.count - first;
+    if (added == 0) return true;
+    if (!reserve_events(tr, 2 * added)) return false;
+
+    for (uint32_t s = first; s < tr->segs.count; s++) {
+        const Seg *seg = &tr->segs.seg[s];
+        double length = seg->out.t - seg->in.t;
+        for (uint32_t side = 0; side < 2; side++) {
+            const Edge *edge = side ? &seg->out : &seg->in;
+            Vec3 place_err = vec3_at(at_origin, fabs(edge->t), per_t);
+            double err = edge->t_err + vec3_dot(vec3_abs(edge->n), place_err) / fabs(vec3_dot(edge->n, ray.d));
+            if (!(err <= INFINITY)) err = INFINITY;
+            Event *event = &tr->event[tr->count++];
+            *event = (Event){edge->t, edge->t - err, edge->t + err, 2 * s + side, index};
+            if (!(err <= 0x1p-10 * length)) cap_interval(event, leaf, ray.o, ray.d, place_err);
+        }
+    }
+    return true;
+}
+
+static bool collect(Trace *tr)
+{
+    const Csg *csg = tr->csg;
+    bool test_nodes = csg->node_count > 1;
+    for (uint32_t i = 0; i < csg->node_count;) {
+        const Node *node = &csg->node[i];
+        if (test_nodes && !line_meets(tr, node->box)) {
+            i = node->skip;
+            continue;
+        }
+        for (uint32_t k = 0; k < node->count; k++) {
+            const Item *item = &csg->item[node->first + k];
+            if (line_meets(tr, item->box) && !collect_leaf(tr, item->leaf)) return false;
+        }
+        i++;
+    }
+    return true;
+}
+
+typedef bool Before(const Event *event, uint32_t a, uint32_t b);
+
+static bool before_by_t(const Event *event, uint32_t a, uint32_t b)
+{
+    if (event[a].t != event[b].t) return event[a].t < event[b].t;
+    if (event[a].leaf != event[b].leaf) return event[a].leaf < event[b].leaf;
+    return a < b;
+}
+
+static bool before_by_leaf(const Event *event, uint32_t a, uint32_t b)
+{
+    return event[a].leaf != event[b].leaf ? event[a].leaf < event[b].leaf : a < b;
+}
+
+/* Few by insertion, many by merging bottom up; `room` holds as many again. */
+static inline void sort_events(const Event *event, uint32_t *order, uint32_t n, uint32_t *room, Before *before)
+{
+    uint32_t run = n <= INSERTION_MAX ? n : 8;
+    for (uint32_t first = 0; first < n; first += run) {
+        uint32_t end = n - first < run ? n : first + run;
+        for (uint32_t i = first + 1; i < end; i++) {
+            uint32_t x = order[i], j = i;
+            for (; j > first && before(event, x, order[j - 1]); j--) order[j] = order[j - 1];
+            order[j] = x;
+        }
+    }
+    for (; run < n; run *= 2) {
+        for (uint32_t first = 0; first < n; first += 2 * run) {
+            uint32_t mid = n - first < run ? n : first + run;
+            uint32_t end = n - first < 2 * run ? n : first + 2 * run;
+            uint32_t i = first, j = mid, k = first;
+            while (i < mid && j < end) room[k++] = before(event, order[j], order[i]) ? order[j++] : order[i++];
+            while (i < mid) room[k++] = order[i++];
+            while (j < end) room[k++] = order[j++];
+        }
+        memcpy(order, room, n * sizeof *order);
+    }
+}
+
+static bool gate_is_on(const Csg *csg, const GateState *state, uint32_t gate)
+{
+    return state[gate].count >= csg->gate[gate].threshold;
+}
+
+/* The literal of a leaf goes on or off: counts it up the tree as far as states change. */
+static void switch_leaf(const Csg *csg, GateState *state, const Leaf *leaf, bool on)
+{
+    for (uint32_t g = leaf->gate; g != NONE; g = csg->gate[g].parent) {
+        bool was = gate_is_on(csg, state, g);
+        state[g].count += on ? 1 : UINT32_MAX;
+        if (gate_is_on(csg, state, g) == was) return;
+    }
+}
+
+/* Whether all gates from the leaf to the root have gone `on` in this group: then the leaf's face is one of the result.
+ * (A face of A in (A x B) + C that happens to lie on C, away from B, is not.) */
+static bool carries_to_root(const Csg *csg, const GateState *state, const Leaf *leaf, bool on)
+{
+    for (uint32_t g = leaf->gate; g != NONE; g = csg->gate[g].parent)
+        if (state[g].settled == on || gate_is_on(csg, state, g) != on) return false;
+    return true;
+}
+
+static void settle(const Csg *csg, GateState *state, const Leaf *leaf)
+{
+    for (uint32_t g = leaf->gate; g != NONE; g = csg->gate[g].parent) {
+        bool on = gate_is_on(csg, state, g);
+        if (state[g].settled == on) return;
+        state[g].settled = on;
+    }
+}
+
+static bool event_leaves(const Event *event) { return event->edge & 1; }
+static bool event_switches_on(const Csg *csg, const Event *event)
+{
+    return event_leaves(event) == csg->leaf[event->leaf].flip;
+}
+
+/* One event alone: the common case. Returns it if it shows in the result, else NONE. */
+static uint32_t pass_single(const Trace *tr, GateState *state, uint32_t index)
+{
+    const Csg *csg = tr->csg;
+    const Event *event = &tr->event[index];
+    bool on = event_switches_on(csg, event);
+    for (uint32_t g = csg->leaf[event->leaf].gate; g != NONE; g = csg->gate[g].parent) {
+        state[g].count += on ? 1 : UINT32_MAX;
+        if (gate_is_on(csg, state, g) == state[g].settled) return NONE;
+        state[g].settled = on;
+    }
+    return index;
+}
+
+/* A group of events, in place of one. Returns the one that shows, that of the first leaf of those that carry to the
+ * root, or NONE. */
+static uint32_t pass_group(const Trace *tr, GateState *state, uint32_t *group, uint32_t n, uint32_t *room)
+{
+    const Csg *csg = tr->csg;
+    sort_events(tr->event, group, n, room, before_by_leaf);
+    uint32_t changed = 0;  /* of each leaf keep the first event if their number is odd; the others cancel out */
+    for (uint32_t i = 0, end; i < n; i = end) {
+        uint32_t leaf = tr->event[group[i]].leaf;
+        for (end = i + 1; end < n && tr->event[group[end]].leaf == leaf;) end++;
+        if ((end - i) % 2) group[changed++] = group[i];
+    }
+    for (uint32_t i = 0; i < changed; i++) {
+        const Event *event = &tr->event[group[i]];
+        switch_leaf(csg, state, &csg->leaf[event->leaf], event_switches_on(csg, event));
+    }
+    uint32_t shown = NONE;
+    bool on = gate_is_on(csg, state, 0);
+    if (on != state[0].settled) {
+        for (uint32_t i = 0; i < changed && shown == NONE; i++) {
+            const Event *event = &tr->event[group[i]];
+            if (event_switches_on(csg, event) == on && carries_to_root(csg, state, &csg->leaf[event->leaf], on))
+                shown = group[i];
+        }
+        assert(shown != NONE);
+    }
+    for (uint32_t i = 0; i < changed; i++) settle(csg, state, &csg->leaf[tr->event[group[i]].leaf]);
+    return shown;
+}
+
+/* Turns the events into those of the result, which go in and out in turn. */
+static bool resolve(Trace *tr)
+{
+    const Csg *csg = tr->csg;
+    uint32_t n = tr->count;
+    GateState local_state[LOCAL_GATES], *state = local_state;
+    tr->order = tr->local_order;
+    if (n > LOCAL_EVENTS) tr->order = arena_alloc(tr->scratch->arena, 2 * (size_t)n * sizeof *tr->order);
+    if (csg->gate_count > LOCAL_GATES) state = arena_alloc(tr->scratch->arena, csg->gate_count * sizeof *state);
+    if (!tr->order || !state) {
+        tr->scratch->out_of_memory = true;
+        return false;
+    }
+    memcpy(state, csg->idle, csg->gate_count * sizeof *state);
+    uint32_t *order = tr->order, *room = order + n, kept = 0;
+    for (uint32_t i = 0; i < n; i++) order[i] = i;
+    sort_events(tr->event, order, n, room, before_by_t);
+
+    for (uint32_t i = 0, end; i < n; i = end) {
+        double common_hi = tr->event[order[i]].hi;
+        for (end = i + 1; end < n && tr->event[order[end]].lo <= common_hi; end++)
+            common_hi = fmin(common_hi, tr->event[order[end]].hi);
+        uint32_t shown = end - i == 1 ? pass_single(tr, state, order[i])
+                                      : pass_group(tr, state, order + i, end - i, room);
+        if (shown == NONE) continue;
+        if (kept > 0 && tr->event[shown].lo <= tr->event[order[kept - 1]].hi)
+            kept--;  /* a film of the solid, or of the air between two parts of it */
+        else
+            order[kept++] = shown;
+    }
+    assert(kept % 2 == 0);
+    tr->result_count = kept;
+    return true;
+}
+
+static bool trace(Trace *tr, const Prim *prim, const Ray *ray, Scratch *scratch)
+{
+    const Csg *csg = (const Csg *)prim;
+    tr->csg = csg;
+    tr->scratch = scratch;
+    tr->o = ray->o;
+    tr->d = ray->d;
+    tr->shift = move_origin(csg, &tr->o, ray->d);
+    tr->inv = vec3_make(1 / ray->d.x, 1 / ray->d.y, 1 / ray->d.z);
+    tr->segs = seg_list(scratch);
+    tr->event = tr->local_event;
+    tr->count = 0;
+    tr->capacity = LOCAL_EVENTS;
+    tr->result_count = 0;
+    if (!collect(tr)) return false;
+    return tr->count == 0 || resolve(tr);
+}
+
+static const Edge *event_edge(const Trace *tr, const Event *event)
+{
+    const Seg *seg = &tr->segs.seg[event->edge / 2];
+    return event_leaves(event) ? &seg->out : &seg->in;
+}
+
+/* The event of the first edge with tmin < t <= tmax, or NULL. */
+static const Event *first_in_range(const Trace *tr, const Ray *ray, double *t)
+{
+    for (uint32_t i = 0; i < tr->result_count; i++) {
+        const Event *event = &tr->event[tr->order[i]];
+        *t = event->t + tr->shift;
+        if (*t > ray->tmin) return *t <= ray->tmax ? event : NULL;
+    }
+    return NULL;
+}
+
+static bool csg_intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scratch)
+{
+    Trace tr;
+    double t;
+    if (!trace(&tr, prim, ray, scratch)) return false;
+    const Event *event = first_in_range(&tr, ray, &t);
+    if (!event) return false;
+    const Edge *edge = event_edge(&tr, event);
+    hit->t = t;
+    hit->u = edge->u;
+    hit->v = edge->v;
+    hit->part = edge->part;
+    hit->leaf = event->leaf;
+    return true;
+}
+
+static bool csg_occluded(const Prim *prim, const Ray *ray, Scratch *scratch)
+{
+    Trace tr;
+    double t;
+    return trace(&tr, prim, ray, scratch) && first_in_range(&tr, ray, &t);
+}
+
+/* An edge of the result in the terms of the ray as given. */
+static Edge result_edge(const Trace *tr, const Ray *ray, const Event *event)
+{
+    const Leaf *leaf = &tr->csg->leaf[event->leaf];
+    Edge edge = *event_edge(tr, event);
+    Vec3 n = leaf->identity ? edge.n : affine_normal(&leaf->to_leaf, edge.n);
+    edge.n = leaf->flip ? vec3_neg(n) : n;
+    edge.t_err = fmax(event->hi - event->t, event->t - event->lo);
+    edge.t = event->t + tr->shift;
+    edge.leaf = event->leaf;
+    if (tr->shift != 0) {
+        Vec3 moved = vec3_at(vec3_abs(ray->o), fabs(tr->shift), vec3_abs(ray->d));
+        double thickness = GAMMA(2) * vec3_dot(vec3_abs(n), moved);
+        edge.t_err += thickness / fabs(vec3_dot(n, ray->d)) + UNIT_ROUNDOFF * fabs(edge.t);
+        if (isnan(edge.t_err)) edge.t_err = INFINITY;
+    }
+    return edge;
+}
+
+static bool csg_segments(const Prim *prim, const Ray *ray, SegList *list)
+{
+    Trace tr;
+    if (!trace(&tr, prim, ray, list->scratch)) return false;
+    for (uint32_t i = 0; i < tr.result_count; i += 2) {
+        Edge in = result_edge(&tr, ray, &tr.event[tr.order[i]]);
+        Edge out = result_edge(&tr, ray, &tr.event[tr.order[i + 1]]);
+        if (!seg_list_add(list, in, out)) return false;
+    }
+    return true;
+}
+
+static void csg_surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *surface)
+{
+    const Csg *csg = (const Csg *)prim;
+    const Leaf *leaf = &csg->leaf[hit->leaf];
+    Ray moved = *ray;
+    Hit leaf_hit = *hit;
+    double shift = move_origin(csg, &moved.o, ray->d);
+    leaf_hit.t -= shift;
+    leaf_hit.leaf = 0;
+    moved.tmin -= shift;
+    moved.tmax -= shift;
+    if (!leaf->identity) {
+        moved.o = affine_point(&leaf->to_leaf, moved.o);
+        moved.d = affine_vector(&leaf->to_leaf, moved.d);
+    }
+    leaf->prim->ops->surface(leaf->prim, &moved, &leaf_hit, surface);
+    if (!leaf->identity) {
+        surface->p_err = affine_point_error(&leaf->to_csg, surface->p, surface->p_err);
+        surface->p = affine_point(&leaf->to_csg, surface->p);
+        surface->n = affine_normal(&leaf->to_leaf, surface->n);
+        surface->ns = affine_normal(&leaf->to_leaf, surface->ns);
+    }
+    if (leaf->flip) {
+        surface->n = vec3_neg(surface->n);
+        surface->ns = vec3_neg(surface->ns);
+    }
+    /* A face that counts as one with this may lie above it; a ray that leaves must start beyond both. Moving the
+     * origin and back has cost a rounding of t. */
+    surface->p_err = vec3_add(surface->p_err, csg->skin);
+    if (shift != 0) surface->p_err = vec3_at(surface->p_err, GAMMA(2) * fabs(hit->t), vec3_abs(ray->d));
+}
+
+static Box csg_bounds(const Prim *prim) { return ((const Csg *)prim)->bounds; }
+
+static void csg_destroy(Prim *prim)
+{
+    Csg *csg = (Csg *)prim;
+    free(csg->leaf);
+    free(csg->gate);
+    free(csg->idle);
+    free(csg->node);
+    free(csg->item);
+    free(csg->token);
+    free(csg);
+}
+
+/* ---- Building ---- */
+
+/* What is known of each token while the tree is built. The right operand of token i ends at i - 1, the left one before
+ * that; so ascending order has operands before operators and descending order the other way round. */
+typedef struct {
+    Box box;             /* first that of its solid, later cut down to the boxes above */
+    uint32_t size;       /* tokens of its subtree */
+    uint32_t first_leaf;
+    uint32_t shown;      /* whose material shows, NONE for its own */
+    uint32_t gate;
+    bool flip;
+} Work;
+
+/* Copies the tokens and puts the trees of CSG primitives among the leaves in their places, so that a leaf number alone
+ * identifies a surface to any depth. */
+static void copy_tokens(Csg *csg, const CsgToken *tokens, size_t count, uint32_t *origin)
+{
+    uint32_t n = 0;
+    for (size_t i = 0; i < count; i++) {
+        const Csg *inner = tokens[i].is_leaf && tokens[i].prim->ops == &OPS ? (const Csg *)tokens[i].prim : NULL;
+        for (uint32_t k = 0; k < (inner ? inner->token_count : 1); k++, n++) {
+            csg->token[n] = inner ? inner->token[k] : tokens[i];
+            if (inner && inner->token[k].is_leaf)
+                csg->token[n].to_csg = affine_mul(&tokens[i].to_csg, &inner->token[k].to_csg);
+            origin[n] = (uint32_t)i;
+        }
+    }
+    assert(n == csg->token_count);
+}
+
+static bool is_identity(const Affine *a)
+{
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 4; j++)
+            if (a->m[i][j] != (i == j)) return false;
+    return true;
+}
+
+static Box box_pad(Box box, Vec3 by) { return (Box){vec3_sub(box.lo, by), vec3_add(box.hi, by)}; }
+
+static Vec3 translation(const Affine *a) { return vec3_make(a->m[0][3], a->m[1][3], a->m[2][3]); }
+
+/* Fills a leaf; false if its matrix can't be inverted. */
+static bool leaf_init(Leaf *leaf, const CsgToken *token)
+{
+    leaf->prim = token->prim;
+    leaf->to_csg = token->to_csg;
+    if (!affine_inverse(&token->to_csg, &leaf->to_leaf)) return false;
+    leaf->identity = is_identity(&token->to_csg);
+    if (leaf->identity) leaf->to_leaf = token->to_csg;  /* without the negative zeros */
+    leaf->bounds = token->prim->ops->bounds(token->prim);
+    Vec3 lo = vec3_abs(leaf->bounds.lo), hi = vec3_abs(leaf->bounds.hi);
+    Vec3 reach = vec3_make(fmax(lo.x, hi.x), fmax(lo.y, hi.y), fmax(lo.z, hi.z));
+    Vec3 place = vec3_add(abs_linear(&leaf->to_csg, reach), vec3_abs(translation(&leaf->to_csg)));
+    Vec3 constant = vec3_scale(vec3_abs(translation(&leaf->to_leaf)), GAMMA(4));
+    leaf->spread = vec3_at(constant, GAMMA(MATRIX_ROUNDINGS), abs_linear(&leaf->to_leaf, place));
+    leaf->skin = vec3_scale(place, 4 * GAMMA(MATRIX_ROUNDINGS));
+    return true;
+}
+
+/* Sizes, leaves and boxes, from the operands up. False with *bad (index among the expanded tokens). */
+static bool build_up(Csg *csg, Work *work, uint32_t *bad)
+{
+    uint32_t leaves = 0;
+    for (uint32_t i = 0; i < csg->token_count; i++) {
+        const CsgToken *token = &csg->token[i];
+        Work *w = &work[i];
+        if (token->is_leaf) {
+            Leaf *leaf = &csg->leaf[leaves];
+            if (!leaf_init(leaf, token)) {
+                *bad = i;
+                return false;
+            }
+            *w = (Work){.size = 1, .first_leaf = leaves++};
+            w->box = box_pad(affine_box(&leaf->to_csg, leaf->bounds), leaf->skin);
+            continue;
+        }
+        const Work *right = w - 1, *left = right - right->size;
+        *w = (Work){.size = 1 + left->size + right->size, .first_leaf = left->first_leaf};
+        switch (token->op) {
+        case CSG_UNION: w->box = box_union(left->box, right->box); break;
+        case CSG_DIFF: w->box = left->box; break;
+        case CSG_INTERSECT: w->box = box_overlap(left->box, right->box); break;
+        }
+    }
+    return true;
+}
+
+/* Puts an operand, a leaf or a gate, under a gate. Far away just the complements are on. */
+static void gate_add_operand(Csg *csg, uint32_t gate, bool flip, bool is_and)
+{
+    csg->gate[gate].threshold = is_and ? csg->gate[gate].threshold + 1 : 1;
+    csg->idle[gate].count += flip;
+}
+
+/* Complements, gates, shown leaves and the boxes' cuts, from the root down. */
+static void build_down(Csg *csg, Work *work, bool *gate_is_and)
+{
+    uint32_t root = csg->token_count - 1;
+    csg->gate[0] = (Gate){.parent = NONE};
+    gate_is_and[0] = !csg->token[root].is_leaf && csg->token[root].op != CSG_UNION;
+    csg->gate_count = 1;
+    work[root].shown = NONE;
+    work[root].gate = 0;
+    for (uint32_t i = root + 1; i-- > 0;) {
+        const CsgToken *token = &csg->token[i];
+        Work *w = &work[i];
+        if (token->is_leaf) {
+            Leaf *leaf = &csg->leaf[w->first_leaf];
+            leaf->gate = w->gate;
+            leaf->flip = w->flip;
+            leaf->shown = w->shown == NONE ? w->first_leaf : w->shown;
+            gate_add_operand(csg, w->gate, w->flip, gate_is_and[w->gate]);
+            continue;
+        }
+        bool is_and = (token->op != CSG_UNION) != w->flip;
+        if (is_and != gate_is_and[w->gate]) {
+            uint32_t gate = csg->gate_count++;
+            csg->gate[gate] = (Gate){.parent = w->gate};
+            gate_is_and[gate] = is_and;
+            gate_add_operand(csg, w->gate, w->flip, !is_and);
+            w->gate = gate;
+        }
+        Work *right = w - 1, *left = right - right->size;
+        bool diff = token->op == CSG_DIFF;
+        left->flip = w->flip;
+        right->flip = w->flip != diff;
+        left->shown = w->shown;
+        right->shown = diff && w->shown == NONE ? w->first_leaf : w->shown;
+        left->gate = right->gate = w->gate;
+        left->box = box_overlap(left->box, w->box);
+        right->box = box_overlap(right->box, w->box);
+    }
+    for (uint32_t g = 0; g < csg->gate_count; g++) csg->idle[g].settled = gate_is_on(csg, csg->idle, g);
+}
+
+typedef struct {
+    double key;
+    Item item;
+} SortItem;
+
+static int compare_items(const void *a, const void *b)
+{
+    const SortItem *x = a, *y = b;
+    if (x->key != y->key) return x->key < y->key ? -1 : 1;
+    return x->item.leaf < y->item.leaf ? -1 : x->item.leaf > y->item.leaf;
+}
+
+static Vec3 box_middle(Box b) { return vec3_add(vec3_scale(b.lo, 0.5), vec3_scale(b.hi, 0.5)); }
+
+/* The hierarchy over items [first, first + count): halves at the median along the longest axis of the middles. It is
+ * as deep as the logarithm of their number. */
+static void build_node(Csg *csg, SortItem *item, uint32_t first, uint32_t count)
+{
+    Node *node = &csg->node[csg->node_count++];
+    Box box = box_empty(), middles = box_empty();
+    for (uint32_t i = first; i < first + count; i++) {
+        box = box_union(box, item[i].item.box);
+        middles = box_add_point(middles, box_middle(item[i].item.box));
+    }
+    *node = (Node){.box = box};
+    if (count <= LEAVES_PER_NODE) {
+        node->first = first;
+        node->count = count;
+    } else {
+        Vec3 extent = vec3_sub(middles.hi, middles.lo);
+        int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
+        for (uint32_t i = first; i < first + count; i++) item[i].key = vec3_get(box_middle(item[i].item.box), axis);
+        qsort(item + first, count, sizeof *item, compare_items);
+        build_node(csg, item, first, count / 2);
+        build_node(csg, item, first + count / 2, count - count / 2);
+    }
+    node->skip = csg->node_count;
+}
+
+static bool build_hierarchy(Csg *csg, const Work *work)
+{
+    SortItem *item = malloc(csg->leaf_count * sizeof *item);
+    csg->item = malloc(csg->leaf_count * sizeof *csg->item);
+    csg->node = malloc(2 * (size_t)csg->leaf_count * sizeof *csg->node);
+    bool ok = item && csg->item && csg->node;
+    if (ok) {
+        double pad = GAMMA(SLAB_ROUNDINGS) * csg->reach;
+        for (uint32_t i = 0; i < csg->token_count; i++) {
+            if (!csg->token[i].is_leaf || box_is_empty(work[i].box)) continue;
+            Box box = box_pad(work[i].box, vec3_make(pad, pad, pad));
+            item[csg->item_count++] = (SortItem){0, {box, work[i].first_leaf}};
+        }
+        if (csg->item_count > 0) build_node(csg, item, 0, csg->item_count);
+        for (uint32_t i = 0; i < csg->item_count; i++) csg->item[i] = item[i].item;
+    }
+    free(item);
+    return ok;
+}
+
+static bool build(Csg *csg, const CsgToken *tokens, size_t count, size_t *bad, Err *err)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < count; i++)
+        n += tokens[i].is_leaf && tokens[i].prim->ops == &OPS ? ((const Csg *)tokens[i].prim)->token_count : 1;
+    if (n > UINT32_MAX / 4) return err_set(err, ERR_LIMIT, "too many operands of constructive solid geometry");
+    csg->token_count = (uint32_t)n;
+    csg->leaf_count = (uint32_t)(n / 2 + 1);
+    csg->token = malloc(n * sizeof *csg->token);
+    csg->leaf = calloc(csg->leaf_count, sizeof *csg->leaf);
+    csg->gate = calloc(csg->leaf_count, sizeof *csg->gate);
+    csg->idle = calloc(csg->leaf_count, sizeof *csg->idle);
+    uint32_t *origin = malloc(n * sizeof *origin);
+    Work *work = calloc(n, sizeof *work);
+    bool *gate_is_and = malloc(csg->leaf_count * sizeof *gate_is_and);
+    bool ok = csg->token && csg->leaf && csg->gate && csg->idle && origin && work && gate_is_and;
+    if (!ok) err_memory(err, "constructive solid geometry");
+
+    uint32_t bad_token;
+    if (ok) {
+        copy_tokens(csg, tokens, count, origin);
+        ok = build_up(csg, work, &bad_token);
+        if (!ok) {
+            *bad = origin[bad_token];
+            err_set(err, ERR_SCENE, "the matrix of an operand can't be inverted");
+        }
+    }
+    if (ok) {
+        assert(work[n - 1].size == n);
+        csg->bounds = work[n - 1].box;
+        csg->reach = box_reach(csg->bounds);
+        csg->centre = box_is_empty(csg->bounds) ? vec3_make(0, 0, 0) : box_middle(csg->bounds);
+        build_down(csg, work, gate_is_and);
+        for (uint32_t i = 0; i < csg->leaf_count; i++) {
+            Vec3 s = csg->leaf[i].skin;
+            csg->skin = vec3_make(fmax(csg->skin.x, s.x), fmax(csg->skin.y, s.y), fmax(csg->skin.z, s.z));
+        }
+        ok = build_hierarchy(csg, work);
+        if (!ok) err_memory(err, "constructive solid geometry");
+    }
+    free(origin);
+    free(work);
+    free(gate_is_and);
+    return ok;
+}
+
+Prim *csg_create(const CsgToken *tokens, size_t count, size_t *bad, Err *err)
+{
+    assert(count > 0);
+    *bad = count;
+    Csg *csg = calloc(1, sizeof *csg);
+    if (!csg) {
+        err_memory(err, "constructive solid geometry");
+        return NULL;
+    }
+    csg->prim.ops = &OPS;
+    if (!build(csg, tokens, count, bad, err)) {
+        csg_destroy(&csg->prim);
+        return NULL;
+    }
+    return &csg->prim;
+}
+
+uint32_t csg_shown_leaf(const Prim *csg, uint32_t leaf) { return ((const Csg *)csg)->leaf[leaf].shown; }
+
+uint32_t csg_leaf_count(const Prim *csg) { return ((const Csg *)csg)->leaf_count; }
+
+static const PrimOps OPS = {
+    .name = "constructive solid geometry",
+    .closed = true,
+    .bounds = csg_bounds,
+    .intersect = csg_intersect,
+    .occluded = csg_occluded,
+    .segments = csg_segments,
+    .surface = csg_surface,
+    .destroy = csg_destroy,
+};
