@@ -246,6 +246,7 @@ static void *make_texture_file(Scene *scene, const char *path)
     TextureSource *source = arena_alloc_zero(scene->arena, sizeof *source);
     if (!source || !scene_own(scene, source, destroy_texture_source)) return NULL;
     source->path = path;
+    source->index = scene->textures.count;
     return source;
 }
 

@@ -60,6 +60,9 @@ struct WorldMemory {
 
 typedef struct { const Node *node; Affine to_world; } Visit;
 
+/* Which indices have been met. */
+typedef struct { bool *met; uint64_t capacity; } IndexSet;
+
 typedef struct {
     const RenderJob *job;
     const CompileSettings *settings;
@@ -72,8 +75,8 @@ typedef struct {
     Visit *visits;                   /* the stack of the walk */
     size_t visit_count, visit_capacity;
     uint32_t *geometry_of;           /* node index -> index of its Geometry + 1 */
-    bool *seen;                      /* node index -> counted */
-    uint32_t node_capacity;
+    uint64_t node_capacity;
+    IndexSet nodes, meshes, textures;
     uint32_t geometry_capacity;
     MadeMesh *made;
     uint32_t made_count, made_capacity;
@@ -93,6 +96,17 @@ static bool grow(void *array, size_t item, uint64_t least, uint64_t *capacity)
     if (!p) return false;
     memcpy(array, &p, sizeof p);
     *capacity = n;
+    return true;
+}
+
+/* Adds an index to the set; *first tells whether it is new. False without memory. */
+static bool index_set_add(IndexSet *set, uint32_t index, bool *first)
+{
+    uint64_t before = set->capacity;
+    if (!grow(&set->met, sizeof *set->met, index + (uint64_t)1, &set->capacity)) return false;
+    memset(set->met + before, 0, (size_t)(set->capacity - before) * sizeof *set->met);
+    *first = !set->met[index];
+    set->met[index] = true;
     return true;
 }
 
@@ -136,34 +150,48 @@ static void stop_load(Compile *c, Stopwatch w)
 
 /* ---- geometry ---- */
 
-static bool load_mesh(Compile *c, const Node *node)
+/* Counts a mesh that this compile meets for the first time, and tells of what was left out of it. */
+static bool note_mesh(Compile *c, const Node *node)
 {
-    if (node->mesh->loaded) return true;
-    Stopwatch w = stopwatch();
-    bool ok = mesh_source_load(node->mesh, c->err);
-    stop_load(c, w);
-    if (!ok) return blame_file(c, node);
     const Mesh *mesh = node->mesh->loaded;
+    bool first;
+    if (!index_set_add(&c->meshes, node->mesh->index, &first)) return out_of_memory(c);
+    if (!first) return true;
     c->stats->triangles += mesh->triangle_count;
-    if (mesh->dropped) {
-        c->stats->dropped_triangles += mesh->dropped;
+    c->stats->dropped_triangles += mesh->dropped;
+    if (node->mesh->kind == MESH_FILE) c->stats->meshes_loaded++;
+    if (mesh->dropped && c->settings->warn) {
         char text[512];
         snprintf(text, sizeof text, "%swarning: mesh '%s': %u degenerate triangle%s left out", node->where, node->name,
                  mesh->dropped, mesh->dropped == 1 ? "" : "s");
-        if (c->settings->warn) c->settings->warn(c->settings->warn_context, text);
+        c->settings->warn(c->settings->warn_context, text);
     }
-    if (node->mesh->kind == MESH_FILE) c->stats->meshes_loaded++;
     return true;
+}
+
+static bool load_mesh(Compile *c, const Node *node)
+{
+    if (!node->mesh->loaded) {
+        Stopwatch w = stopwatch();
+        bool ok = mesh_source_load(node->mesh, c->err);
+        stop_load(c, w);
+        if (!ok) return blame_file(c, node);
+    }
+    return note_mesh(c, node);
 }
 
 static bool load_texture(Compile *c, const Node *node)
 {
-    if (!node->texture || node->texture->loaded) return true;
-    Stopwatch w = stopwatch();
-    bool ok = texture_source_load(node->texture, c->settings->srgb, c->err);
-    stop_load(c, w);
-    if (!ok) return blame_file(c, node);
-    c->stats->textures_loaded++;
+    if (!node->texture) return true;
+    if (!node->texture->loaded) {
+        Stopwatch w = stopwatch();
+        bool ok = texture_source_load(node->texture, c->settings->srgb, c->err);
+        stop_load(c, w);
+        if (!ok) return blame_file(c, node);
+    }
+    bool first;
+    if (!index_set_add(&c->textures, node->texture->index, &first)) return out_of_memory(c);
+    c->stats->textures_loaded += first;
     return true;
 }
 
@@ -346,16 +374,13 @@ static Geometry *geometry(Compile *c, const Node *node)
 
 static bool note_node(Compile *c, const Node *node)
 {
-    if (node->index >= c->node_capacity) {
-        uint64_t wanted = node->index + (uint64_t)1, a = c->node_capacity, b = c->node_capacity;
-        if (!grow(&c->geometry_of, sizeof *c->geometry_of, wanted, &a) || !grow(&c->seen, sizeof *c->seen, wanted, &b))
-            return out_of_memory(c);
-        memset(c->geometry_of + c->node_capacity, 0, (size_t)(a - c->node_capacity) * sizeof *c->geometry_of);
-        memset(c->seen + c->node_capacity, 0, (size_t)(a - c->node_capacity) * sizeof *c->seen);
-        c->node_capacity = (uint32_t)a;
-    }
-    if (!c->seen[node->index]) c->stats->nodes++;
-    c->seen[node->index] = true;
+    uint64_t before = c->node_capacity;
+    if (!grow(&c->geometry_of, sizeof *c->geometry_of, node->index + (uint64_t)1, &c->node_capacity))
+        return out_of_memory(c);
+    memset(c->geometry_of + before, 0, (size_t)(c->node_capacity - before) * sizeof *c->geometry_of);
+    bool first;
+    if (!index_set_add(&c->nodes, node->index, &first)) return out_of_memory(c);
+    c->stats->nodes += first;
     return true;
 }
 
@@ -692,7 +717,9 @@ World *world_compile(const RenderJob *job, const CompileSettings *settings, Comp
     }
     free(c.visits);
     free(c.geometry_of);
-    free(c.seen);
+    free(c.nodes.met);
+    free(c.meshes.met);
+    free(c.textures.met);
     stop(all, &stats->compile_wall_s, &stats->compile_cpu_s);
     stats->compile_wall_s -= stats->load_wall_s + stats->bvh_wall_s;
     stats->compile_cpu_s -= stats->load_cpu_s + stats->bvh_cpu_s;

@@ -3,6 +3,7 @@
 #define RT_NODE_TEXTURE_TEXTURE_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 #include "common/colour.h"
 #include "common/err.h"
@@ -32,6 +33,7 @@ Texture *height_texture_create(double peak);
 typedef struct {
     const char *path;  /* as resolved */
     Texture *loaded;   /* NULL until needed */
+    uint32_t index;    /* in order of creation, unique in the scene */
 } TextureSource;
 
 /* Loads it if that hasn't happened yet. False and *err on failure. */
