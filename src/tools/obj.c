@@ -316,7 +316,7 @@ static uint32_t count_of(const Obj *o, RefKind kind)
 /* One number of a corner: from 1, or from -1 backwards from the last one read. */
 static bool parse_ref(Reader *r, const char *token, const char **at, RefKind kind, uint32_t *index)
 {
-    const char *p = *at;
+    const char *text = *at, *p = text;
     bool negative = *p == '-';
     if (*p == '-' || *p == '+') p++;
     if (!is_digit(*p)) return token_error(r, token, "is not a corner of a face");
@@ -328,8 +328,9 @@ static bool parse_ref(Reader *r, const char *token, const char **at, RefKind kin
     if (number == 0)
         return lines_error(&r->lines, r->err, "%s 0; they are counted from 1", ref_names[kind]);
     if (number > (negative ? count : (int64_t)MAX_COUNT))
-        return lines_error(&r->lines, r->err, "%s %s%" PRId64 " of %" PRId64 "%s", ref_names[kind],
-                           negative ? "-" : "", number, count, negative ? " so far" : "");
+        return lines_error(&r->lines, r->err, "%s %.*s of %" PRId64 "%s", ref_names[kind],
+                           p - text < SHOWN_CHARS ? (int)(p - text) : SHOWN_CHARS, text, count,
+                           negative ? " so far" : "");
     if (!negative && number > count && number > r->ahead[kind].number) {
         r->ahead[kind].number = number;
         r->ahead[kind].line = r->lines.number;
