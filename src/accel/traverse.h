@@ -9,7 +9,6 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
-#include <string.h>
 
 #include "accel/bvh.h"
 #include "common/ray.h"
@@ -30,25 +29,12 @@ typedef struct {
 #define SLAB_PARALLEL 0x1p-80f
 #define SLAB_SLACK 0x1p-60f
 
-/* A power of two s with s * |greatest component of d| in [1, 2) for any normal one; exact. */
-static inline double slab_scale(Vec3 d)
-{
-    double m = vec3_max(vec3_abs(d));
-    uint64_t bits;
-    memcpy(&bits, &m, sizeof bits);
-    uint64_t exponent = bits >> 52;
-    if (exponent < 1 || exponent > 2045) return vec3_pow2_scale(d);
-    bits = (2046 - exponent) << 52;
-    memcpy(&m, &bits, sizeof m);
-    return m;
-}
-
 static inline float slab_up(float f) { return f + fabsf(f) * 0x1p-23f + 0x1p-126f; }
 static inline float slab_down(float f) { return f - fabsf(f) * 0x1p-23f - 0x1p-126f; }
 
 static inline void slab_ray_init(SlabRay *r, const Ray *ray)
 {
-    r->scale = slab_scale(ray->d);
+    r->scale = vec3_pow2_scale(ray->d);
     float reach = (float)vec3_max(vec3_abs(ray->o));
     const double o[3] = {ray->o.x, ray->o.y, ray->o.z}, d[3] = {ray->d.x, ray->d.y, ray->d.z};
     for (int a = 0; a < 3; a++) {

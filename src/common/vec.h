@@ -3,6 +3,8 @@
 #define RT_COMMON_VEC_H
 
 #include <math.h>
+#include <stdint.h>
+#include <string.h>
 
 typedef struct { double x, y, z; } Vec3;
 
@@ -13,7 +15,13 @@ static inline Vec3 vec3_neg(Vec3 a) { return vec3_make(-a.x, -a.y, -a.z); }
 static inline Vec3 vec3_scale(Vec3 a, double s) { return vec3_make(a.x * s, a.y * s, a.z * s); }
 static inline Vec3 vec3_abs(Vec3 a) { return vec3_make(fabs(a.x), fabs(a.y), fabs(a.z)); }
 static inline double vec3_dot(Vec3 a, Vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-static inline double vec3_max(Vec3 a) { return fmax(a.x, fmax(a.y, a.z)); }
+/* Plain comparisons: fmax is a call for the sake of NaN, which has no place here. */
+static inline double vec3_max(Vec3 a)
+{
+    double m = a.x > a.y ? a.x : a.y;
+    return m > a.z ? m : a.z;
+}
+
 static inline double vec3_length(Vec3 a) { return sqrt(vec3_dot(a, a)); }
 
 static inline Vec3 vec3_cross(Vec3 a, Vec3 b)
@@ -30,12 +38,19 @@ static inline Vec3 vec3_at(Vec3 a, double t, Vec3 b)
 /* The component 0, 1 or 2. */
 static inline double vec3_get(Vec3 a, int axis) { return axis == 0 ? a.x : axis == 1 ? a.y : a.z; }
 
-/* The power of two that brings the greatest component to [1, 2); 1 for the zero vector.
- * Multiplying by it is exact, so squares neither overflow nor underflow afterwards. */
+/* The power of two that brings the greatest component to [1, 2), to [1, 4) if that component is 2^1022 or more, and
+ * as near as a number gets for a subnormal one; 1 for the zero vector. Multiplying by it is exact unless something
+ * underflows, so squares neither overflow nor underflow afterwards. */
 static inline double vec3_pow2_scale(Vec3 a)
 {
     double m = vec3_max(vec3_abs(a));
-    return m > 0 && isfinite(m) ? ldexp(1.0, -ilogb(m)) : 1.0;
+    uint64_t bits;
+    memcpy(&bits, &m, sizeof bits);
+    uint64_t exponent = bits >> 52;
+    if (exponent == 2047 || m == 0) return 1;
+    bits = exponent >= 2045 ? (uint64_t)1 << 52 : (2046 - (exponent ? exponent : 1)) << 52;
+    memcpy(&m, &bits, sizeof m);
+    return m;
 }
 
 /* Unit vector of the same direction for any finite non-zero length, 1e-300 and 1e300 included. */
