@@ -120,12 +120,17 @@ typedef struct {
     uint32_t local_order[2 * LOCAL_EVENTS];
 } Trace;
 
+/* Without the calls that fmax and its rules for NaN cost. */
+static double larger(double a, double b) { return a > b ? a : b; }
+static double largest(Vec3 a) { return larger(a.x, larger(a.y, a.z)); }
+static Vec3 reciprocal(Vec3 a) { return vec3_make(1 / a.x, 1 / a.y, 1 / a.z); }
+
 /* Moves the origin of a far ray to the point nearest to the middle of the solid and returns how far in t. The rounding
  * of this is the same for all leaves, so faces stay as near to each other as if the ray had started there. */
 static double move_origin(const Csg *csg, Vec3 *o, Vec3 d)
 {
-    if (vec3_max(vec3_abs(*o)) <= FAR_ORIGIN * csg->reach) return 0;
-    double m = vec3_max(vec3_abs(d)), k = m > 1e-100 && m < 1e100 ? 1 : vec3_pow2_scale(d);
+    if (largest(vec3_abs(*o)) <= FAR_ORIGIN * csg->reach) return 0;
+    double m = largest(vec3_abs(d)), k = m > 1e-100 && m < 1e100 ? 1 : vec3_pow2_scale(d);
     Vec3 e = vec3_scale(d, k);
     double shift = vec3_dot(vec3_sub(csg->centre, *o), e) / vec3_dot(e, e) * k;
     if (!isfinite(shift)) return 0;
@@ -133,7 +138,7 @@ static double move_origin(const Csg *csg, Vec3 *o, Vec3 d)
     return shift;
 }
 
-static Vec3 abs_linear(const Affine *a, Vec3 v)
+static inline Vec3 abs_linear(const Affine *a, Vec3 v)
 {
     return vec3_make(fabs(a->m[0][0]) * v.x + fabs(a->m[0][1]) * v.y + fabs(a->m[0][2]) * v.z,
                 fabs(a->m[1][0]) * v.x + fabs(a->m[1][1]) * v.y + fabs(a->m[1][2]) * v.z,
@@ -181,6 +186,14 @@ static bool reserve_events(Trace *tr, uint32_t more)
     return true;
 }
 
+/* Bound on the error, in leaf space, of the places on the ray up to |t|: what the ray's transform rounds (Higham 2002,
+ * section 3.5) and what the leaf's matrix is off. */
+static Vec3 place_error(const Trace *tr, const Leaf *leaf, double t)
+{
+    Vec3 reach = vec3_at(vec3_abs(tr->o), t, vec3_abs(tr->d));
+    return vec3_at(leaf->spread, GAMMA(4), abs_linear(&leaf->to_leaf, reach));
+}
+
 /* Rays in the plane of a flat face are taken to run beside it, all leaves' faces on the same side of them, as if the ray
  * were moved by an infinitesimal step in this direction of CSG space (the simulation of simplicity of Edelsbrunner and
  * Muecke 1990). It is in no plane that a scene is likely to have. */
@@ -217,16 +230,16 @@ static bool step_aside(const Leaf *leaf, Vec3 place_err, Ray *ray)
 static bool nearly_axial(Vec3 d)
 {
     Vec3 a = vec3_abs(d);
-    double m = vec3_max(a) * 0x1p-20;
+    double m = largest(a) * 0x1p-20;
     return a.x <= m || a.y <= m || a.z <= m;
 }
 
 /* A face nearly in the ray's direction has an interval without end; but the leaf is not beyond its box. */
-static void cap_interval(Event *event, const Leaf *leaf, Vec3 o, Vec3 d, Vec3 place_err)
+static void cap_interval(Event *event, const Leaf *leaf, const Ray *ray, Vec3 place_err)
 {
     Box box = {vec3_sub(leaf->bounds.lo, place_err), vec3_add(leaf->bounds.hi, place_err)};
     double near = -INFINITY, far = INFINITY;
-    if (!clip_box(box, o, vec3_make(1 / d.x, 1 / d.y, 1 / d.z), &near, &far)) return;
+    if (!clip_box(box, ray->o, reciprocal(ray->d), &near, &far)) return;
     event->lo = fmin(event->t, fmax(event->lo, near));
     event->hi = fmax(event->t, fmin(event->hi, far));
 }
@@ -240,27 +253,25 @@ static bool collect_leaf(Trace *tr, uint32_t index)
         ray.o = affine_point(&leaf->to_leaf, tr->o);
         ray.d = affine_vector(&leaf->to_leaf, tr->d);
     }
-    /* error of the place in leaf space: at_origin + |t| per_t */
-    Vec3 at_origin = vec3_at(leaf->spread, GAMMA(4), abs_linear(&leaf->to_leaf, vec3_abs(tr->o)));
-    Vec3 per_t = vec3_scale(abs_linear(&leaf->to_leaf, vec3_abs(tr->d)), GAMMA(4));
-    if (nearly_axial(ray.d) && !step_aside(leaf, at_origin, &ray)) return true;
+    if (nearly_axial(ray.d) && !step_aside(leaf, place_error(tr, leaf, 0), &ray)) return true;
     uint32_t first = tr->segs.count;
     if (!leaf->prim->ops->segments(leaf->prim, &ray, &tr->segs)) return false;
-    uint32_t added = tr->segs.count - first;
-    if (added == 0) return true;
-    if (!reserve_events(tr, 2 * added)) return false;
+    uint32_t end = tr->segs.count;
+    if (end == first) return true;
+    if (!reserve_events(tr, 2 * (end - first))) return false;
 
-    for (uint32_t s = first; s < tr->segs.count; s++) {
+    double far_t = larger(fabs(tr->segs.seg[first].in.t), fabs(tr->segs.seg[end - 1].out.t));
+    Vec3 place_err = place_error(tr, leaf, far_t);
+    for (uint32_t s = first; s < end; s++) {
         const Seg *seg = &tr->segs.seg[s];
-        double length = seg->out.t - seg->in.t;
+        double long_err = 0x1p-10 * (seg->out.t - seg->in.t);
         for (uint32_t side = 0; side < 2; side++) {
             const Edge *edge = side ? &seg->out : &seg->in;
-            Vec3 place_err = vec3_at(at_origin, fabs(edge->t), per_t);
             double err = edge->t_err + vec3_dot(vec3_abs(edge->n), place_err) / fabs(vec3_dot(edge->n, ray.d));
             if (!(err <= INFINITY)) err = INFINITY;
             Event *event = &tr->event[tr->count++];
             *event = (Event){edge->t, edge->t - err, edge->t + err, 2 * s + side, index};
-            if (!(err <= 0x1p-10 * length)) cap_interval(event, leaf, ray.o, ray.d, place_err);
+            if (!(err <= long_err)) cap_interval(event, leaf, &ray, place_err);
         }
     }
     return true;
@@ -428,7 +439,7 @@ static bool resolve(Trace *tr)
     for (uint32_t i = 0, end; i < n; i = end) {
         double common_hi = tr->event[order[i]].hi;
         for (end = i + 1; end < n && tr->event[order[end]].lo <= common_hi; end++)
-            common_hi = fmin(common_hi, tr->event[order[end]].hi);
+            if (tr->event[order[end]].hi < common_hi) common_hi = tr->event[order[end]].hi;
         uint32_t shown = end - i == 1 ? pass_single(tr, state, order[i])
                                       : pass_group(tr, state, order + i, end - i, room);
         if (shown == NONE) continue;
@@ -450,7 +461,7 @@ static bool trace(Trace *tr, const Prim *prim, const Ray *ray, Scratch *scratch)
     tr->o = ray->o;
     tr->d = ray->d;
     tr->shift = move_origin(csg, &tr->o, ray->d);
-    tr->inv = vec3_make(1 / ray->d.x, 1 / ray->d.y, 1 / ray->d.z);
+    tr->inv = reciprocal(ray->d);
     tr->segs = seg_list(scratch);
     tr->event = tr->local_event;
     tr->count = 0;
