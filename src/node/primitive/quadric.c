@@ -77,8 +77,7 @@ bool near_line(const Ray *ray, double radius, NearLine *line)
     return !(vec3_dot(line->hi, line->hi) - along * along / dd > limit * limit);
 }
 
-/* t = (t0 + r) 2^exponent for r off by at most err. */
-static Crossing to_ray(const NearLine *line, Dd r, double err)
+Crossing line_crossing(const NearLine *line, Dd r, double err)
 {
     if (!isfinite(r.hi)) return (Crossing){r.hi, 0, INFINITY, 0};
     Dd t = dd_add(line->t0, r);
@@ -155,7 +154,7 @@ void quadric_roots(const NearLine *line, Vec3 s, double k, QuadricRoots *roots)
     Crossing x[2];
     for (int i = 0; i < 2; i++) {
         if (isfinite(r[i].hi)) r[i] = (Dd){ldexp(r[i].hi, e), ldexp(r[i].lo, e)};
-        x[i] = to_ray(line, r[i], ldexp(er[i], e));
+        x[i] = line_crossing(line, r[i], ldexp(er[i], e));
     }
     bool swapped = crossing_before(&x[1], &x[0]);
     roots->root[0] = x[swapped];

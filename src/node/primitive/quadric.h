@@ -32,6 +32,9 @@ typedef struct {
 /* False if the line passes the origin at more than `radius` for certain, or has no direction. */
 bool near_line(const Ray *ray, double radius, NearLine *line);
 
+/* The crossing at r, which is off by at most err: t = (t0 + r) 2^exponent. */
+Crossing line_crossing(const NearLine *line, Dd r, double err);
+
 /* a r^2 + 2 b r + c = 0 for the restriction of a quadric to a NearLine. */
 typedef struct {
     Dd a, b, c;

@@ -1,0 +1,398 @@
+/* Notation of Algorithm 1010 (see the header): x^4 + a x^3 + b x^2 + c x + d is the quadratic form of a symmetric 3 x 3
+ * matrix in (x^2, x, 1) that has one free parameter phi. Made singular by a root of the resolvent cubic, its L D L^T
+ * decomposition (l1, l2, l3, d2) gives the factors (x^2 + aq x + bq)(x^2 + cq x + dq). */
+#include "tools/polyroots.h"
+
+#include <float.h>
+
+#include "common/numeric.h"
+
+/* -- quadratic -- */
+
+/* x = q 2^k with q a quotient of double-doubles. */
+static PolyRoot quotient_root(Dd num, Dd den, int k)
+{
+    Dd q = dd_div(num, den);
+    double x = ldexp(q.hi, k), lo = isfinite(x) ? ldexp(q.lo, k) : 0;
+    return (PolyRoot){x, lo, GAMMA(1) * fabs(x) + 0x1p-1074};
+}
+
+int poly_quadratic(double a, double b, double c, PolyRoot root[2])
+{
+    if (a == 0) {
+        if (b == 0) return 0;
+        int eb = ilogb(b), ec = c == 0 ? 0 : ilogb(c);
+        root[0] = quotient_root((Dd){-ldexp(c, -ec), 0}, (Dd){ldexp(b, -eb), 0}, ec - eb);
+        return 1;
+    }
+    /* x = 2^k y brings a and c to the order of 1, c 2^j with j 0 or 1 */
+    int ea = ilogb(a), eb = b == 0 ? 0 : ilogb(b), ec = c == 0 ? ea : ilogb(c);
+    int k = (ec - ea) >= 0 ? (ec - ea) / 2 : -((ea - ec + 1) / 2), j = ec - ea - 2 * k;
+    double sa = ldexp(a, -ea), sc = ldexp(c, j - ec);
+    int eb_scaled = eb - ea - k;   /* the exponent of b 2^k in units of a 2^2k */
+    if (b != 0 && eb_scaled > 120) {
+        /* b^2 exceeds a c by 2^238: the roots are -b / a and -c / b to far beyond a double */
+        double sb = ldexp(b, -eb);
+        PolyRoot big = quotient_root((Dd){-sb, 0}, (Dd){sa, 0}, eb - ea);
+        PolyRoot small = c == 0 ? (PolyRoot){0, 0, 0}
+                                : quotient_root((Dd){-ldexp(c, -ec), 0}, (Dd){sb, 0}, ec - eb);
+        bool swap = big.x < small.x;
+        root[swap ? 0 : 1] = big;
+        root[swap ? 1 : 0] = small;
+        return 2;
+    }
+    double sb = b == 0 ? 0 : ldexp(b, -ea - k);
+    Dd quarter = dd_prod(0.5 * sb, 0.5 * sb), disc = dd_sub(quarter, dd_prod(sa, sc));
+    if (disc.hi < 0) return 0;
+    Dd s = dd_sqrt(disc), h = {-0.5 * sb, 0}, q = h.hi < 0 ? dd_sub(h, s) : dd_add(h, s);
+    PolyRoot first, second;
+    if (q.hi == 0) {
+        first = second = (PolyRoot){0, 0, 0};
+    } else {
+        first = quotient_root(q, (Dd){sa, 0}, k);
+        second = c == 0 ? (PolyRoot){0, 0, 0} : quotient_root((Dd){sc, 0}, q, k);
+    }
+    bool swap = second.x < first.x || (second.x == first.x && second.lo < first.lo);
+    root[0] = swap ? second : first;
+    root[1] = swap ? first : second;
+    return 2;
+}
+
+/* -- factoring a quartic -- */
+
+/* The root of greatest magnitude of x^3 + g x + h. */
+static double depressed_cubic_dominant(double g, double h)
+{
+    double q = -g / 3, r = 0.5 * h, q3 = q * q * q, rr = r * r;
+    if (q == 0 && r == 0) return 0;
+    if (rr < q3) {
+        double theta = acos(r / sqrt(q3)), m = -2 * sqrt(q);
+        return theta < M_PI / 2 ? m * cos(theta / 3) : m * cos((theta + 2 * M_PI) / 3);
+    }
+    double s = -copysign(cbrt(fabs(r) + sqrt(rr - q3)), r);
+    return s == 0 ? 0 : s + q / s;
+}
+
+/* The resolvent's dominant root phi0. Its coefficients don't change under a shift of x, and are taken where b vanishes
+ * or is least: that spares cancellation. */
+static double resolvent_root(double a, double b, double c, double d)
+{
+    double disc = 9 * a * a - 24 * b, s = -a / 4;
+    if (disc > 0) s = -2 * b / (3 * a + copysign(sqrt(disc), a));
+    double aq = a + 4 * s, bq = b + 3 * s * (a + 2 * s), cq = c + s * (2 * b + s * (3 * a + 4 * s));
+    double dq = d + s * (c + s * (b + s * (a + s)));
+    double gg = bq * bq / 9, hh = aq * cq, g = hh - 4 * dq - 3 * gg;
+    double h = (8 * dq + hh - 2 * gg) * bq / 3 - cq * cq - dq * aq * aq;
+    double x = depressed_cubic_dominant(g, h), f = x * (x * x + g) + h;
+    for (int i = 0; i < 8 && f != 0; i++) {
+        double slope = 3 * x * x + g;
+        if (slope == 0) break;
+        double next = x - f / slope, f_next = next * (next * next + g) + h;
+        if (!(fabs(f_next) < fabs(f))) break;
+        x = next;
+        f = f_next;
+    }
+    return x;
+}
+
+static double relative(double got, double want) { return want == 0 ? fabs(got) : fabs((got - want) / want); }
+
+typedef struct { double aq, bq, cq, dq; } Factors;
+
+static double factors_error(const double c[4], const Factors *f)
+{
+    return relative(f->aq + f->cq, c[3]) + relative(f->bq + f->aq * f->cq + f->dq, c[2]) +
+           relative(f->bq * f->cq + f->aq * f->dq, c[1]) + relative(f->bq * f->dq, c[0]);
+}
+
+/* Newton's method on the four coefficients as functions of the factors; keeps what is best. */
+static void polish_factors(const double c[4], Factors *f)
+{
+    double best = factors_error(c, f);
+    for (int i = 0; i < 8 && best > 0; i++) {
+        Factors x = *f;
+        double f0 = x.bq * x.dq - c[0], f1 = x.bq * x.cq + x.aq * x.dq - c[1];
+        double f2 = x.bq + x.aq * x.cq + x.dq - c[2], f3 = x.aq + x.cq - c[3];
+        /* eliminate d(aq) = -f3 - d(cq) and d(bq) = -f2 - aq d(cq) - cq d(aq) - d(dq); two equations remain */
+        double e = x.cq - x.aq;   /* d(bq) = r + e d(cq) - d(dq) */
+        double r = -f2 + x.cq * f3;
+        double m00 = x.dq * e, m01 = x.bq - x.dq, r0 = -f0 - x.dq * r;
+        double m10 = x.cq * e + x.bq - x.dq, m11 = x.aq - x.cq, r1 = -f1 - x.cq * r + x.dq * f3;
+        double det = m00 * m11 - m01 * m10;
+        if (det == 0) return;
+        double dc = (r0 * m11 - m01 * r1) / det, dd = (m00 * r1 - m10 * r0) / det;
+        x.aq += -f3 - dc;
+        x.bq += r + e * dc - dd;
+        x.cq += dc;
+        x.dq += dd;
+        double error = factors_error(c, &x);
+        if (!(error < best)) return;
+        best = error;
+        *f = x;
+    }
+}
+
+/* Of several values for d2 and l2, which agree in exact arithmetic, the pair that reproduces b, c, d best. */
+static void choose_ldl(const double c[4], double l1, double l3, double bl311, double *d2, double *l2)
+{
+    double del2 = c[1] - c[3] * l3, dml3l3 = c[0] - l3 * l3, try_d2[3], try_l2[3], best = INFINITY;
+    int n = 0;
+    if (bl311 != 0) {
+        try_d2[n] = bl311;
+        try_l2[n++] = del2 / (2 * bl311);
+    }
+    if (del2 != 0) {
+        double l = 2 * dml3l3 / del2;
+        if (l != 0) {
+            try_d2[n] = del2 / (2 * l);
+            try_l2[n++] = l;
+        }
+        try_d2[n] = bl311;
+        try_l2[n++] = l;
+    }
+    *d2 = *l2 = 0;
+    for (int i = 0; i < n; i++) {
+        double d = try_d2[i], l = try_l2[i];
+        double error = relative(d + l1 * l1 + 2 * l3, c[2]) + relative(2 * (d * l + l1 * l3), c[1]) +
+                       relative(d * l * l + l3 * l3, c[0]);
+        if (error < best) {
+            best = error;
+            *d2 = d;
+            *l2 = l;
+        }
+    }
+}
+
+/* False if both factors are complex: then so are all roots (or real ones are double). */
+static bool factor_quartic(const double c[4], Factors *f)
+{
+    double a = c[3], b = c[2], d = c[0], phi = resolvent_root(c[3], c[2], c[1], c[0]);
+    double l1 = a / 2, l3 = b / 6 + phi / 2, bl311 = 2 * b / 3 - phi - l1 * l1, d2, l2;
+    choose_ldl(c, l1, l3, bl311, &d2, &l2);
+    bool found = false;
+    if (d2 < 0) {
+        double g = sqrt(-d2);
+        *f = (Factors){l1 + g, l3 + g * l2, l1 - g, l3 - g * l2};
+        if (fabs(f->dq) < fabs(f->bq)) f->dq = d / f->bq;
+        else if (fabs(f->dq) > fabs(f->bq)) f->bq = d / f->dq;
+        if (fabs(f->aq) < fabs(f->cq)) f->aq = a - f->cq;
+        else f->cq = a - f->aq;
+        found = true;
+    }
+    /* d2 = 0 within its rounding: both factors have the same linear term */
+    double d3 = d - l3 * l3;
+    if (fabs(d2) <= 4 * UNIT_ROUNDOFF * (fabs(2 * b / 3) + fabs(phi) + l1 * l1) && d3 <= 0) {
+        double s = sqrt(-d3);
+        Factors same = {l1, l3 + s, l1, l3 - s};
+        if (fabs(same.dq) < fabs(same.bq)) same.dq = d / same.bq;
+        else if (same.dq != 0) same.bq = d / same.dq;
+        if (!found || factors_error(c, &same) < factors_error(c, f)) *f = same;
+        found = true;
+    }
+    if (found) polish_factors(c, f);
+    return found;
+}
+
+static void sort_roots(double *x, int n)
+{
+    for (int i = 1; i < n; i++)
+        for (int j = i; j > 0 && x[j] < x[j - 1]; j--) {
+            double swap = x[j];
+            x[j] = x[j - 1];
+            x[j - 1] = swap;
+        }
+}
+
+/* How far from 0 a factor's discriminant, the factors' common resultant and the residual must stay, coefficients of
+ * order 1, for rounding (some 2^-45) to be unable to change the number of roots. */
+#define SURE_MARGIN 0x1p-14
+
+bool poly_quartic_guess(const double c[4], double root[4], int *count)
+{
+    Factors f;
+    *count = 0;
+    if (!factor_quartic(c, &f)) {
+        /* all complex, and certain if the quartic's least value is; that isn't known here */
+        return false;
+    }
+    double scale = 1 + fabs(f.aq) + fabs(f.bq) + fabs(f.cq) + fabs(f.dq);
+    double off = fabs(f.aq + f.cq - c[3]) + fabs(f.bq + f.aq * f.cq + f.dq - c[2]) +
+                 fabs(f.bq * f.cq + f.aq * f.dq - c[1]) + fabs(f.bq * f.dq - c[0]);
+    /* the resultant: 0 where the factors share a root */
+    double db = f.bq - f.dq, da = f.aq - f.cq, resultant = db * db - da * (f.bq * f.cq - f.aq * f.dq);
+    double disc[2] = {f.aq * f.aq - 4 * f.bq, f.cq * f.cq - 4 * f.dq};
+    if (!(off < 0x1p-40 * scale && fabs(resultant) > SURE_MARGIN * scale && fabs(disc[0]) > SURE_MARGIN * scale &&
+          fabs(disc[1]) > SURE_MARGIN * scale))
+        return false;
+    double p[2] = {f.aq, f.cq}, q[2] = {f.bq, f.dq};
+    int n = 0;
+    for (int i = 0; i < 2; i++) {
+        if (disc[i] < 0) continue;
+        double s = -0.5 * (p[i] + copysign(sqrt(disc[i]), p[i]));
+        root[n++] = s;
+        root[n++] = q[i] / s;
+    }
+    sort_roots(root, n);
+    *count = n;
+    return true;
+}
+
+/* -- isolation by sign -- */
+
+/* The value in double-double and a bound on its error. */
+static Dd evaluate(const Dd *c, int degree, double x, double noise, double *bound)
+{
+    Dd y = c[degree];
+    double size = fabs(y.hi), ax = fabs(x);
+    for (int i = degree - 1; i >= 0; i--) {
+        y = dd_add(dd_mul_d(y, x), c[i]);
+        size = size * ax + fabs(c[i].hi);
+    }
+    *bound = 0x1p-98 * size + noise;
+    return y;
+}
+
+static double evaluate_plain(const Dd *c, int degree, double x)
+{
+    double y = c[degree].hi;
+    for (int i = degree - 1; i >= 0; i--) y = y * x + c[i].hi;
+    return y;
+}
+
+static void derive(const Dd *c, int degree, Dd *out)
+{
+    for (int i = 1; i <= degree; i++) out[i - 1] = dd_mul_d(c[i], i);
+}
+
+/* The sign change in [lo, hi], where the value is negative at one end and not at the other: Newton's method, and
+ * bisection where that leaves the bracket or is slow. */
+static PolyRoot bracketed_root(const Dd *c, int degree, double lo, double hi, bool rising, double noise)
+{
+    Dd slope_c[5];
+    derive(c, degree, slope_c);
+    double x = 0.5 * (lo + hi), bound, left = lo, right = hi, last_step = hi - lo;
+    for (int i = 0; i < 200; i++) {
+        Dd y = evaluate(c, degree, x, noise, &bound);
+        if (y.hi == 0) break;
+        if ((y.hi < 0) == rising) lo = x;
+        else hi = x;
+        double next = x - y.hi / evaluate_plain(slope_c, degree - 1, x);
+        if (!(next > lo && next < hi && fabs(next - x) <= 0.5 * last_step)) next = 0.5 * (lo + hi);
+        last_step = fabs(next - x);
+        x = next;
+        if (last_step <= UNIT_ROUNDOFF * fabs(x)) break;
+    }
+    Dd y = evaluate(c, degree, x, noise, &bound);
+    double slope = evaluate_plain(slope_c, degree - 1, x), step = -y.hi / slope;
+    if (!(fabs(step) <= GAMMA(8) * fabs(x))) step = 0;
+    Dd sum = dd_quick_sum(x, step);
+
+    /* widen the error until the signs on both sides are beyond doubt, or the bracket's ends are reached */
+    double err = GAMMA(1) * fabs(sum.hi) + 0x1p-1074 + (slope != 0 ? 2 * bound / fabs(slope) : 0);
+    for (int i = 0; i < 600; i++, err *= 2) {
+        double a = sum.hi - err, b = sum.hi + err, bound_a, bound_b;
+        bool left_done = a <= left, right_done = b >= right;
+        Dd ya = evaluate(c, degree, a, noise, &bound_a), yb = evaluate(c, degree, b, noise, &bound_b);
+        if (!left_done) left_done = rising ? ya.hi < -bound_a : ya.hi > bound_a;
+        if (!right_done) right_done = rising ? yb.hi > bound_b : yb.hi < -bound_b;
+        if (left_done && right_done) break;
+    }
+    return (PolyRoot){sum.hi, sum.lo, err};
+}
+
+/* The sign changes in (lo, hi), where `stop` are the roots of the derivative. A value of 0 counts as positive. */
+static int roots_between(const Dd *c, int degree, double lo, double hi, const double *stop, int stops, double noise,
+                         PolyRoot *root)
+{
+    int n = 0;
+    double a = lo, bound;
+    bool negative_a = evaluate(c, degree, a, noise, &bound).hi < 0;
+    for (int i = 0; i <= stops; i++) {
+        double b = i < stops ? stop[i] : hi;
+        bool negative_b = evaluate(c, degree, b, noise, &bound).hi < 0;
+        if (negative_a != negative_b) root[n++] = bracketed_root(c, degree, a, b, negative_a, noise);
+        a = b;
+        negative_a = negative_b;
+    }
+    return n;
+}
+
+/* The roots of the derivatives, one after the other, starting from the linear third one. */
+static int isolate_quartic(const Dd c[5], double limit, double noise, PolyRoot root[4], double critical[3],
+                           int *criticals)
+{
+    Dd d1[4], d2[3], d3[2];
+    derive(c, 4, d1);
+    derive(d1, 3, d2);
+    derive(d2, 2, d3);
+    double stop[3] = {-d3[0].hi / d3[1].hi};
+    PolyRoot found[4];
+    int n = roots_between(d2, 2, -limit, limit, stop, 1, 0, found);
+    for (int i = 0; i < n; i++) stop[i] = found[i].x;
+    n = roots_between(d1, 3, -limit, limit, stop, n, 0, found);
+    for (int i = 0; i < n; i++) stop[i] = found[i].x;
+    if (criticals) {
+        for (int i = 0; i < n; i++) critical[i] = stop[i];
+        *criticals = n;
+    }
+    return roots_between(c, 4, -limit, limit, stop, n, noise, root);
+}
+
+/* Polishes a guess and makes sure of it. False: isolate instead. */
+static bool polish_root(const Dd c[5], double x, double noise, PolyRoot *root)
+{
+    Dd slope_c[4];
+    derive(c, 4, slope_c);
+    double bound, slope = 0;
+    Dd y, sum = {x, 0};
+    double step = 0;
+    for (int i = 0; i < 3; i++) {
+        y = evaluate(c, 4, sum.hi, noise, &bound);
+        slope = evaluate_plain(slope_c, 3, sum.hi);
+        step = -y.hi / slope;
+        sum = dd_sum(sum.hi, step);
+        if (!(fabs(step) > GAMMA(4) * fabs(sum.hi))) break;
+    }
+    if (!(fabs(step) <= GAMMA(4) * fabs(sum.hi))) return false;
+    double err = GAMMA(2) * fabs(sum.hi) + 0x1p-1074 + 2 * bound / fabs(slope), bound_a, bound_b;
+    Dd a = evaluate(c, 4, sum.hi - err, noise, &bound_a), b = evaluate(c, 4, sum.hi + err, noise, &bound_b);
+    *root = (PolyRoot){sum.hi, sum.lo, err};
+    return fabs(a.hi) > bound_a && fabs(b.hi) > bound_b && (a.hi < 0) != (b.hi < 0);
+}
+
+int poly_quartic(const Dd c[5], double noise, PolyRoot root[4], double critical[3], int *criticals)
+{
+    if (criticals) *criticals = 0;
+    for (int i = 0; i < 5; i++)
+        if (!isfinite(c[i].hi)) return 0;
+
+    /* x = 2^k y makes every coefficient at most of the order of the leading one; all roots are then below 4
+     * (Fujiwara's bound is twice the greatest |c_i / c_4|^(1 / (4 - i))) */
+    int e4 = ilogb(c[4].hi), k = -10000;
+    for (int i = 0; i < 4; i++) {
+        if (c[i].hi == 0) continue;
+        int e = ilogb(c[i].hi) - e4, part = e >= 0 ? (e + 3 - i) / (4 - i) : -(-e / (4 - i));
+        if (part > k) k = part;
+    }
+    if (k == -10000) return 0;
+    Dd s[5];
+    for (int i = 0; i < 5; i++) {
+        int e = k * (i - 4) - e4;
+        s[i] = (Dd){ldexp(c[i].hi, e), ldexp(c[i].lo, e)};
+    }
+    noise = ldexp(noise, -4 * k - e4);
+
+    double monic[4], guess[4];
+    int n;
+    for (int i = 0; i < 4; i++) monic[i] = s[i].hi / s[4].hi;
+    bool sure = !criticals && poly_quartic_guess(monic, guess, &n);
+    for (int i = 0; sure && i < n; i++) sure = polish_root(s, guess[i], noise, &root[i]);
+    if (sure)
+        for (int i = 1; i < n; i++) sure = sure && root[i].x - root[i].err > root[i - 1].x + root[i - 1].err;
+    if (!sure) n = isolate_quartic(s, 8, noise, root, critical, criticals);
+    for (int i = 0; i < n; i++)
+        root[i] = (PolyRoot){ldexp(root[i].x, k), ldexp(root[i].lo, k), ldexp(root[i].err, k) + 0x1p-1074};
+    if (criticals)
+        for (int i = 0; i < *criticals; i++) critical[i] = ldexp(critical[i], k);
+    return n;
+}
