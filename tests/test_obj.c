@@ -200,7 +200,7 @@ static void errors_name_the_line(void **state)
         {"f # 1 2 3\n", ":5: a face without vertices"},
         {"f 1 2 three\n", ":5: 'three' is not a corner of a face"},
         {"f 1 2 3.5\n", ":5: '3.5' is not a corner of a face"},
-        {"f 1 2 3/1/1/1\n", ":5: normal 1 of 0"},
+        {"f 1 2 3/1/1/1\n", ":5: '3/1/1/1' is not a corner of a face"},
         {"f 1 2 3/1//\n", ":5: '3/1//' is not a corner of a face"},
         {"f 1 2 /1\n", ":5: '/1' is not a corner of a face"},
         {"f 1 2 -\n", ":5: '-' is not a corner of a face"},

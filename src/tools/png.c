@@ -23,7 +23,8 @@ extern const char *lodepng_error_text(unsigned) __asm__("_Z18lodepng_error_textj
 
 enum {
     LODEPNG_NO_MEMORY = 83,
-    HEADER_BYTES = 33,  /* signature and IHDR: all that lodepng_inspect reads */
+    SIGNATURE_BYTES = 8,
+    CHUNK_BYTES = 12,   /* of a chunk without data: length, type, checksum */
     FIRST_READ = 64 * 1024,
     SIDE_LIMIT = 65535,
     AREA_LIMIT = 1 << 28,
@@ -95,12 +96,30 @@ done:
     return ok;
 }
 
+/* Whether the chunks reach the last one; lodepng says something else about a file that was cut off. */
+static bool is_whole(const unsigned char *data, size_t size)
+{
+    size_t at = SIGNATURE_BYTES;
+    while (at <= size && size - at >= CHUNK_BYTES) {
+        const unsigned char *p = data + at;
+        uint32_t length = (uint32_t)p[0] << 24 | (uint32_t)p[1] << 16 | (uint32_t)p[2] << 8 | p[3];
+        if (length > size - at - CHUNK_BYTES) return false;
+        if (memcmp(p + 4, "IEND", 4) == 0) return true;
+        at += CHUNK_BYTES + (size_t)length;
+    }
+    return false;
+}
+
 bool png_load(const char *path, Png *png, Err *err)
 {
     unsigned char *data = NULL, *rgb = NULL;
     size_t size = 0;
     *png = (Png){0};
     if (!read_file(path, &data, &size, err)) return false;
+    if (!is_whole(data, size)) {
+        free(data);
+        return err_set(err, ERR_INPUT, "%s: the file is cut off", path);
+    }
     LodePNGState state;
     lodepng_state_init(&state);
     state.info_raw.colortype = LCT_RGB;
