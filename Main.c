@@ -214,27 +214,27 @@ static const struct {
     const char *help;      /* lines parted by newlines */
 } option_rows[] = {
     {'o', "output", "FILE", set_output,
-     "write the picture to FILE instead of the script's file; when a script\n"
-     "renders several, the later ones go to FILE-2, FILE-3, ... (out-2.png)"},
-    {0, "size", "WxH", set_size, "width and height in pixels instead of the script's"},
+     "write the picture to FILE, not where the script\n"
+     "says; further ones go to FILE-2, FILE-3, ..."},
+    {0, "size", "WxH", set_size, "size in pixels, instead of the script's"},
     {0, "crop", "X0,Y0,X1,Y1", set_crop,
-     "render this part only: the origin is at the top left, X1 and Y1 are\n"
-     "exclusive; its pixels are those of the whole picture"},
-    {'s', "samples", "N", set_samples, "samples per pixel (9); one is the pixel's centre"},
+     "render this part only; the origin is at the top\n"
+     "left, X1 and Y1 are exclusive"},
+    {'s', "samples", "N", set_samples, "samples per pixel (9); 1 is the pixel's centre"},
     {0, "max-depth", "N", set_max_depth, "greatest number of mirror bounces (4)"},
-    {0, "seed", "N", set_seed, "of the samples; never changes the geometry"},
-    {0, "background", "R,G,B", set_background, "colour where nothing is hit, instead of the gradient"},
-    {0, "srgb", NULL, set_srgb, "decode textures from sRGB and encode the picture in it"},
-    {'t', "threads", "N", set_threads, "threads (the processors this process may use)"},
+    {0, "seed", "N", set_seed, "seed of the samples, never of the geometry"},
+    {0, "background", "R,G,B", set_background, "colour where nothing is hit"},
+    {0, "srgb", NULL, set_srgb, "decode textures from sRGB, encode the picture"},
+    {'t', "threads", "N", set_threads, "threads (as many as processors are allowed)"},
     {'I', "include", "DIR", set_include,
-     "look for inputs there too, after the script's folder and the working\n"
-     "directory; may be given several times"},
+     "look for inputs there too, after the script's\n"
+     "folder and the working directory; repeatable"},
     {0, "legacy", NULL, set_legacy,
-     "run a script of 2015 or before: later transforms apply first, and Lua\n"
-     "5.1's names exist"},
-    {0, "check", NULL, set_check, "do all but rendering: find out what is wrong with a scene"},
+     "run a script of 2015 or before: post-multiplied\n"
+     "transforms, names of Lua 5.1"},
+    {0, "check", NULL, set_check, "all but rendering: find what is wrong with a scene"},
     {0, "stats", "FILE", set_stats, "write times, rays and memory to FILE, as JSON"},
-    {'q', "quiet", NULL, set_quiet, "no progress bar and no summary; warnings stay"},
+    {'q', "quiet", NULL, set_quiet, "no progress bar, no summary; warnings stay"},
     {'h', "help", NULL, set_help, "print this help"},
     {0, "version", NULL, set_version, "print the version"},
 };
@@ -338,7 +338,7 @@ static void print_help(void)
 
 static void print_error(const Err *err)
 {
-    const char *hint = err->kind == ERR_USAGE ? " (see rt --help)" : "";
+    const char *hint = err->kind == ERR_USAGE ? "; see rt --help" : "";
     fprintf(stderr, "%s%s%s\n", place_length(err->text) ? "" : "rt: ", err->text, hint);
 }
 

@@ -52,6 +52,9 @@ typedef struct {
     int args;  /* the most it takes, the node of a method included */
 } Command;
 
+/* How many callers are looked at: finding the n-th costs n steps, and a script that has overflowed its stack has many. */
+enum { MAX_LEVELS = 100 };
+
 static const char raised_key, order_key;  /* addresses are keys of Lua's registry */
 
 static Front *front_of(lua_State *L) { return *(Front **)lua_getextraspace(L); }
@@ -67,7 +70,7 @@ static const char *chunk_path(const lua_Debug *ar) { return ar->source[0] == '@'
 static const char *push_where(lua_State *L)
 {
     lua_Debug ar;
-    for (int level = 0; lua_getstack(L, level, &ar); level++) {
+    for (int level = 0; level < MAX_LEVELS && lua_getstack(L, level, &ar); level++) {
         lua_getinfo(L, "Sl", &ar);
         if (ar.currentline <= 0) continue;
         const char *path = chunk_path(&ar);
@@ -132,21 +135,30 @@ static void lengthen_path(lua_State *L, const char *path)
     lua_remove(L, -2);
 }
 
+/* Whether the string at index 1 is the error that was raised with a kind, or ends with it (coroutine.wrap puts a place
+ * in front); pushes that error if so. */
+static bool push_raised(lua_State *L)
+{
+    if (lua_type(L, 1) != LUA_TSTRING) return false;
+    if (lua_rawgetp(L, LUA_REGISTRYINDEX, &raised_key) == LUA_TSTRING) {
+        size_t length, raised_length;
+        const char *text = lua_tolstring(L, 1, &length), *raised = lua_tolstring(L, -1, &raised_length);
+        if (length >= raised_length && strcmp(text + length - raised_length, raised) == 0) return true;
+    }
+    lua_pop(L, 1);
+    return false;
+}
+
 /* Makes one line with a place of whatever ends the script. */
 static int on_error(lua_State *L)
 {
     lua_settop(L, 1);
-    lua_rawgetp(L, LUA_REGISTRYINDEX, &raised_key);
-    if (lua_rawequal(L, 1, 2)) {
-        lua_settop(L, 1);
-        return 1;
-    }
-    lua_settop(L, 1);
+    if (push_raised(L)) return 1;
     if (lua_type(L, 1) != LUA_TSTRING && !luaL_callmeta(L, 1, "__tostring"))
         lua_pushfstring(L, "the script raised an error that is no text but %s",
                         lua_isnil(L, 1) ? "nil" : lua_pushfstring(L, "a %s value", luaL_typename(L, 1)));
     lua_Debug ar;
-    for (int level = 0; lua_getstack(L, level, &ar); level++) {
+    for (int level = 0; level < MAX_LEVELS && lua_getstack(L, level, &ar); level++) {
         lua_getinfo(L, "S", &ar);
         if (chunk_path(&ar)) lengthen_path(L, chunk_path(&ar));
     }
@@ -190,7 +202,7 @@ static const char *push_found(lua_State *L, const char *path)
     const char *found = NULL;
     bool innermost = true;
     lua_Debug ar;
-    for (int level = 0; !found && lua_getstack(L, level, &ar); level++) {
+    for (int level = 0; !found && level < MAX_LEVELS && lua_getstack(L, level, &ar); level++) {
         lua_getinfo(L, "S", &ar);
         const char *chunk = chunk_path(&ar);
         if (!chunk) continue;
@@ -460,8 +472,8 @@ static int gr_joint(lua_State *L)
 {
     double range[3];
     const char *name = get_text(L, 1, "name");
-    get_tuple(L, 2, item("the x range"), 3, range);
-    get_tuple(L, 3, item("the y range"), 3, range);
+    get_tuple(L, 2, item("x range"), 3, range);
+    get_tuple(L, 3, item("y range"), 3, range);
     push_node(L, NODE_GROUP, name);
     return 1;
 }
@@ -485,7 +497,7 @@ static int gr_cone(lua_State *L)
 static int gr_torus(lua_State *L)
 {
     const char *name = get_text(L, 1, "name");
-    double minor = get_positive(L, 2, "the minor radius");
+    double minor = get_positive(L, 2, "minor radius");
     return push_prim_node(L, name, own(L, torus_create(minor), destroy_prim, "a torus"));
 }
 
@@ -493,7 +505,7 @@ static int gr_torus(lua_State *L)
 static int push_placed(lua_State *L, const Prim *prim, const char *size_name)
 {
     const char *name = get_text(L, 1, "name");
-    Vec3 p = get_vec3(L, 2, item("the point"));
+    Vec3 p = get_vec3(L, 2, item("point"));
     double size = get_positive(L, 3, size_name);
     Affine scale = affine_scale(size, size, size), move = affine_translate(p.x, p.y, p.z);
     Affine base = affine_mul(&move, &scale), inverse;
@@ -504,9 +516,9 @@ static int push_placed(lua_State *L, const Prim *prim, const char *size_name)
     return 1;
 }
 
-static int gr_nh_sphere(lua_State *L) { return push_placed(L, shared_sphere(L), "the radius"); }
+static int gr_nh_sphere(lua_State *L) { return push_placed(L, shared_sphere(L), "radius"); }
 
-static int gr_nh_box(lua_State *L) { return push_placed(L, shared_cube(L), "the size"); }
+static int gr_nh_box(lua_State *L) { return push_placed(L, shared_cube(L), "size"); }
 
 /* -- Commands: meshes, mountains, trees -------------------------------------------------------------------------- */
 
@@ -588,10 +600,10 @@ static int gr_mesh(lua_State *L)
         source = get_mesh_tables(L);
     } else if (lua_type(L, 2) == LUA_TSTRING) {
         drop_surplus(L, 2);
-        source = scene_mesh_file(front_of(L)->scene, push_input(L, get_path(L, 2, "the file")));
+        source = scene_mesh_file(front_of(L)->scene, push_input(L, get_path(L, 2, "file")));
         if (!source) fail_memory(L, "a mesh");
     } else {
-        reject(L, 2, item("the mesh"), "the path of an OBJ file or a table of vertices");
+        reject(L, 2, item("mesh"), "the path of an OBJ file or a table of vertices");
     }
     push_node(L, NODE_MESH, name)->mesh = source;
     return 1;
@@ -601,12 +613,12 @@ static int gr_fractal_mountain(lua_State *L)
 {
     const char *name = get_text(L, 1, "name");
     double size[3];
-    get_tuple(L, 2, item("the size"), 3, size);
+    get_tuple(L, 2, item("size"), 3, size);
     for (int i = 0; i < 3; i++)
-        if (!(size[i] > 0)) FAIL(L, "%s: the size must be three positive numbers", label(L));
-    double roughness = get_not_negative(L, 3, "the roughness");
+        if (!(size[i] > 0)) FAIL(L, "%s: size must be three positive numbers", label(L));
+    double roughness = get_not_negative(L, 3, "roughness");
     lua_Integer subdivisions =
-        get_integer(L, 4, item("the number of subdivisions"), 0, UINT32_MAX, "an integer of at least 0");
+        get_integer(L, 4, item("number of subdivisions"), 0, UINT32_MAX, "an integer of at least 0");
     uint64_t seed = get_seed(L, 5);
     MeshSource *source = new_mesh_source(L, MESH_MOUNTAIN);
     source->mountain.width = size[0];
@@ -622,9 +634,9 @@ static int gr_fractal_mountain(lua_State *L)
 static int gr_tree(lua_State *L)
 {
     const char *name = get_text(L, 1, "name");
-    const char *path = push_input(L, get_path(L, 2, "the grammar"));
-    lua_Integer depth = get_integer(L, 3, item("the depth"), 0, UINT32_MAX, "an integer of at least 0");
-    Node *trunk = get_node(L, 4, "the trunk"), *leaf = get_node(L, 5, "the leaf");
+    const char *path = push_input(L, get_path(L, 2, "grammar"));
+    lua_Integer depth = get_integer(L, 3, item("depth"), 0, UINT32_MAX, "an integer of at least 0");
+    Node *trunk = get_node(L, 4, "trunk"), *leaf = get_node(L, 5, "leaf");
     uint64_t seed = get_seed(L, 6);
     GrammarSource *grammar = scene_grammar_file(front_of(L)->scene, path);
     if (!grammar) fail_memory(L, "a grammar");
@@ -688,7 +700,7 @@ static int gr_intersect(lua_State *L) { return push_csg(L, CSG_INTERSECT); }
 static int push_material(lua_State *L, double mirror)
 {
     Rgb kd = get_rgb(L, 1, item("kd")), ks = get_rgb(L, 2, item("ks"));
-    double exponent = get_not_negative(L, 3, "the exponent");
+    double exponent = get_not_negative(L, 3, "exponent");
     Material **box = lua_newuserdatauv(L, sizeof *box, 0);
     *box = own(L, phong_create(kd, ks, exponent, mirror), free, "a material");
     luaL_setmetatable(L, MATERIAL);
@@ -699,15 +711,15 @@ static int gr_material(lua_State *L) { return push_material(L, 0); }
 
 static int gr_reflective_material(lua_State *L)
 {
-    double mirror = get_number(L, 4, item("the reflected share"));
-    if (!(mirror >= 0 && mirror <= 1)) reject(L, 4, item("the reflected share"), "a number from 0 to 1");
+    double mirror = get_number(L, 4, item("reflected share"));
+    if (!(mirror >= 0 && mirror <= 1)) reject(L, 4, item("reflected share"), "a number from 0 to 1");
     return push_material(L, mirror);
 }
 
 /* The texture that a path names: the same file is read once. */
 static TextureSource *get_texture_file(lua_State *L, int index)
 {
-    TextureSource *source = scene_texture_file(front_of(L)->scene, push_input(L, get_path(L, index, "the file")));
+    TextureSource *source = scene_texture_file(front_of(L)->scene, push_input(L, get_path(L, index, "file")));
     if (!source) fail_memory(L, "a texture");
     return source;
 }
@@ -723,10 +735,10 @@ static int gr_texture(lua_State *L)
 
 static int gr_light(lua_State *L)
 {
-    Light light = {.position = get_vec3(L, 1, item("the position")), .colour = get_rgb(L, 2, item("the colour"))};
-    get_tuple(L, 3, item("the falloff"), 3, light.falloff);
+    Light light = {.position = get_vec3(L, 1, item("position")), .colour = get_rgb(L, 2, item("colour"))};
+    get_tuple(L, 3, item("falloff"), 3, light.falloff);
     if (light.falloff[0] == 0 && light.falloff[1] == 0 && light.falloff[2] == 0)
-        FAIL(L, "%s: the falloff must not be {0, 0, 0}: the light would be infinitely bright", label(L));
+        FAIL(L, "%s: falloff must not be {0, 0, 0}: the light would be infinitely bright", label(L));
     Light *box = lua_newuserdatauv(L, sizeof *box, 0);
     *box = light;
     luaL_setmetatable(L, LIGHT);
@@ -737,7 +749,7 @@ static int gr_light(lua_State *L)
 
 static int gr_add_child(lua_State *L)
 {
-    Node *self = get_self(L), *child = get_node(L, 2, "the child");
+    Node *self = get_self(L), *child = get_node(L, 2, "child");
     Err err = {ERR_NONE, ""};
     if (!node_add_child(front_of(L)->scene, self, child, &err)) fail_kind(L, err.kind, "%s: %s", label(L), err.text);
     return 0;
@@ -747,7 +759,7 @@ static int gr_set_material(lua_State *L)
 {
     Node *self = get_self(L);
     Material **material = luaL_testudata(L, 2, MATERIAL);
-    if (!material) reject(L, 2, item("the material"), "a material");
+    if (!material) reject(L, 2, item("material"), "a material");
     if (self->kind == NODE_CSG)
         FAIL(L, "%s: '%s' is CSG: its surface has the materials of its operands", label(L), self->name);
     if (self->kind == NODE_GROUP || self->kind == NODE_TREE)
@@ -784,7 +796,7 @@ static int gr_set_texture(lua_State *L)
 {
     Node *self = get_self(L);
     TextureSource **texture = luaL_testudata(L, 2, TEXTURE);
-    if (!texture) reject(L, 2, item("the texture"), "a texture that gr.texture made");
+    if (!texture) reject(L, 2, item("texture"), "a texture that gr.texture made");
     return give_texture(L, self, *texture);
 }
 
@@ -793,9 +805,9 @@ static int gr_mesh_add_bumps(lua_State *L)
     Node *self = get_self(L);
     double centre[2];
     if (self->kind != NODE_MESH) FAIL(L, "%s: '%s' is not a mesh", label(L), self->name);
-    get_tuple(L, 2, item("the centre"), 2, centre);
-    double periods = get_not_negative(L, 3, "the number of periods");
-    double period = get_positive(L, 4, "the period");
+    get_tuple(L, 2, item("centre"), 2, centre);
+    double periods = get_not_negative(L, 3, "number of periods");
+    double period = get_positive(L, 4, "period");
     self->bump = own(L, wave_create(centre[0], centre[1], periods, period), free, "bumps");
     return 0;
 }
@@ -835,8 +847,8 @@ static int gr_rotate(lua_State *L)
     Node *self = get_self(L);
     const char *axis = lua_type(L, 2) == LUA_TSTRING ? lua_tostring(L, 2) : "";
     const char *found = strlen(axis) == 1 ? strchr("xyzXYZ", *axis) : NULL;
-    if (!found) reject(L, 2, item("the axis"), "'x', 'y' or 'z'");
-    double deg = get_number(L, 3, item("the angle"));
+    if (!found) reject(L, 2, item("axis"), "'x', 'y' or 'z'");
+    double deg = get_number(L, 3, item("angle"));
     Affine t = affine_rotate((int)(strchr("xyz", *found | ('x' ^ 'X')) - "xyz"), deg);
     return transform(L, self, &t);
 }
@@ -927,7 +939,7 @@ static RenderOptions get_options(lua_State *L, int index)
 /* Pushes the lights of a list as an array: nil ends the list. */
 static const Light *push_lights(lua_State *L, int index, uint32_t *count)
 {
-    uint32_t most = get_list(L, index, item("the list of lights"));
+    uint32_t most = get_list(L, index, item("list of lights"));
     Light *light = push_room(L, most, sizeof *light);
     *count = 0;
     while (*count < most && lua_geti(L, index, *count + 1) != LUA_TNIL) {
@@ -950,7 +962,8 @@ static uint32_t get_side(lua_State *L, int index, const char *what)
     double side = trunc(get_number(L, index, item(what)));
     if (side < 1) reject(L, index, item(what), "at least 1");
     if (side > MAX_SIDE)
-        fail_kind(L, ERR_LIMIT, "%s: %s is %f: the limit is %d pixels", label(L), what, side, (int)MAX_SIDE);
+        fail_kind(L, ERR_LIMIT, "%s: %s is %s: the limit is %d pixels", label(L), what, push_description(L, index),
+                  (int)MAX_SIDE);
     return (uint32_t)side;
 }
 
@@ -983,10 +996,10 @@ static int gr_render(lua_State *L)
         drop_surplus(L, 10);
         lua_settop(L, 11);
     }
-    RenderJob job = {.scene = front->scene, .root = get_node(L, 1, "the root")};
-    job.file = get_path(L, 2, "the file");
-    job.width = get_side(L, 3, "the width");
-    job.height = get_side(L, 4, "the height");
+    RenderJob job = {.scene = front->scene, .root = get_node(L, 1, "root")};
+    job.file = get_path(L, 2, "file");
+    job.width = get_side(L, 3, "width");
+    job.height = get_side(L, 4, "height");
     if ((uint64_t)job.width * job.height > MAX_AREA)
         fail_kind(L, ERR_LIMIT, "%s: %d x %d: the limit is %d pixels", label(L), (int)job.width, (int)job.height,
                   (int)MAX_AREA);
@@ -1557,13 +1570,16 @@ static int run_script(lua_State *L)
     return 0;
 }
 
+/* Lua's allocator. Lua relies on this: making a block smaller never fails. */
 static void *allocate(void *context, void *old, size_t old_size, size_t size)
 {
     (void)context;
-    (void)old_size;
-    if (size > 0) return realloc(old, size);
-    free(old);
-    return NULL;
+    if (size == 0) {
+        free(old);
+        return NULL;
+    }
+    void *block = realloc(old, size);
+    return !block && old && size <= old_size ? old : block;
 }
 
 /* The error that lua_pcall ended with, its message on top of the stack. */
@@ -1573,8 +1589,8 @@ static bool script_error(lua_State *L, int status, Err *err)
     if (status == LUA_ERRMEM) return err_memory(err, front->script->script);
     const char *text = lua_type(L, -1) == LUA_TSTRING ? lua_tostring(L, -1) : "the script failed";
     if (status == LUA_ERRERR) return err_set(err, ERR_SCENE, "%s: stack overflow (%s)", front->script->script, text);
-    lua_rawgetp(L, LUA_REGISTRYINDEX, &raised_key);
-    return err_set(err, lua_rawequal(L, -1, -2) ? front->raised : ERR_SCENE, "%s", text);
+    bool raised = lua_rawgetp(L, LUA_REGISTRYINDEX, &raised_key) == LUA_TSTRING && lua_rawequal(L, -1, -2);
+    return err_set(err, raised ? front->raised : ERR_SCENE, "%s", text);
 }
 
 bool scene_lua_run(const SceneScript *script, const RenderSink *sink, Err *err)

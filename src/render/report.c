@@ -65,11 +65,11 @@ static size_t utf8_length(const char *s)
     return n;
 }
 
-/* A JSON string; bytes that are no UTF-8 become U+FFFD. */
-static void write_string(FILE *out, const char *s)
+/* A JSON string of a string's first `length` bytes; what is no UTF-8 becomes U+FFFD. */
+static void write_bytes(FILE *out, const char *s, size_t length)
 {
     fputc('"', out);
-    while (*s) {
+    for (const char *end = s + length; s < end;) {
         size_t n = utf8_length(s);
         unsigned char c = (unsigned char)*s;
         if (n == 0) fputs("\\ufffd", out);
@@ -80,6 +80,8 @@ static void write_string(FILE *out, const char *s)
     }
     fputc('"', out);
 }
+
+static void write_string(FILE *out, const char *s) { write_bytes(out, s, strlen(s)); }
 
 static void write_stage(FILE *out, const char *name, double wall_s, double cpu_s, const char *end)
 {
@@ -117,7 +119,8 @@ void report_add(Report *report, const RenderReport *r)
     if (r->file) write_string(out, r->file);
     else fputs("null", out);
     fputs(",\n      \"place\": ", out);
-    write_string(out, r->where);
+    size_t place = strlen(r->where);
+    write_bytes(out, r->where, place >= 2 ? place - 2 : 0);  /* without ": " */
     fprintf(out, ",\n      \"width\": %" PRIu32 ",\n      \"height\": %" PRIu32 ",\n", r->width, r->height);
     fprintf(out, "      \"samples\": %" PRIu32 ",\n      \"max_depth\": %" PRIu32 ",\n", r->samples, r->max_depth);
     fprintf(out, "      \"threads\": %" PRIu32 ",\n      \"stages\": {\n", r->render.threads);
