@@ -213,7 +213,7 @@ static void files_that_cant_be_opened(void **state)
     assert_int_equal(err.kind, ERR_INPUT);
 }
 
-/* A megabyte of zeros deflates to a kilobyte: data far beyond what the header announces is an error. */
+/* A megabyte of zeros deflates to a kilobyte: what goes beyond the header's size isn't even unpacked. */
 static void more_pixels_than_announced(void **state)
 {
     (void)state;
@@ -225,11 +225,8 @@ static void more_pixels_than_announced(void **state)
     put_u32(data + 16, 1);
     put_u32(data + 20, 1);
     put_u32(data + 29, crc32(data + 12, 17));
-    const char *path = test_file_bytes("bad.png", data, size);
-    Png png;
-    Err err = {ERR_NONE, ""};
-    assert_false(png_load(path, &png, &err));
-    assert_int_equal(err.kind, ERR_INPUT);
+    assert_error(data, size, ERR_INPUT,
+                 ": tried to decompress zlib or deflate data larger than desired max_output_size");
     free(rgb);
     free(data);
 }

@@ -25,6 +25,8 @@ enum {
     LODEPNG_NO_MEMORY = 83,
     SIGNATURE_BYTES = 8,
     CHUNK_BYTES = 12,   /* of a chunk without data: length, type, checksum */
+    PIXEL_BYTES = 8,    /* of a pixel at most: four channels of 16 bits */
+    ROW_BYTES = 8,      /* more than the filter bytes and the padding of a row, interlaced or not */
     FIRST_READ = 64 * 1024,
     SIDE_LIMIT = 65535,
     AREA_LIMIT = 1 << 28,
@@ -41,8 +43,9 @@ static bool lodepng_failed(const char *path, unsigned code, Err *err)
     return err_set(err, ERR_INPUT, "%s: %s", path, lodepng_error_text(code));
 }
 
-/* The header alone decides how much will be allocated, so it is judged before the rest is even read. */
-static bool check_header(const char *path, const unsigned char *data, size_t size, Err *err)
+/* The header alone decides how much will be allocated, so it is judged before the rest is even read. *most gets a bound
+ * on the bytes that the pixels may inflate to. */
+static bool check_header(const char *path, const unsigned char *data, size_t size, size_t *most, Err *err)
 {
     LodePNGState state;
     lodepng_state_init(&state);
@@ -53,11 +56,12 @@ static bool check_header(const char *path, const unsigned char *data, size_t siz
     if (width > SIDE_LIMIT || height > SIDE_LIMIT || (uint64_t)width * height > AREA_LIMIT)
         return err_set(err, ERR_INPUT, "%s: %u x %u pixels; at most %d a side and %d in all are allowed", path, width,
                        height, SIDE_LIMIT, AREA_LIMIT);
+    *most = ((size_t)width * PIXEL_BYTES + ROW_BYTES) * height;
     return true;
 }
 
 /* The whole file, malloc'ed. */
-static bool read_file(const char *path, unsigned char **data, size_t *size, Err *err)
+static bool read_file(const char *path, unsigned char **data, size_t *size, size_t *most, Err *err)
 {
     FILE *file = fopen(path, "rb");
     if (!file) return cant_open(path, errno, err);
@@ -75,7 +79,7 @@ static bool read_file(const char *path, unsigned char **data, size_t *size, Err 
             cant_open(path, errno, err);
             goto done;
         }
-        if (!checked && !check_header(path, buffer, used, err)) goto done;
+        if (!checked && !check_header(path, buffer, used, most, err)) goto done;
         checked = true;
         if (used < capacity) break;
         unsigned char *more = capacity <= SIZE_MAX / 2 ? realloc(buffer, 2 * capacity) : NULL;
@@ -113,9 +117,9 @@ static bool is_whole(const unsigned char *data, size_t size)
 bool png_load(const char *path, Png *png, Err *err)
 {
     unsigned char *data = NULL, *rgb = NULL;
-    size_t size = 0;
+    size_t size = 0, most = 0;
     *png = (Png){0};
-    if (!read_file(path, &data, &size, err)) return false;
+    if (!read_file(path, &data, &size, &most, err)) return false;
     if (!is_whole(data, size)) {
         free(data);
         return err_set(err, ERR_INPUT, "%s: the file is cut off", path);
@@ -124,6 +128,7 @@ bool png_load(const char *path, Png *png, Err *err)
     lodepng_state_init(&state);
     state.info_raw.colortype = LCT_RGB;
     state.info_raw.bitdepth = 8;
+    state.decoder.zlibsettings.max_output_size = most;
     state.decoder.read_text_chunks = 0;
     unsigned width = 0, height = 0;
     unsigned code = lodepng_decode(&rgb, &width, &height, &state, data, size);
