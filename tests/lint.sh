@@ -81,6 +81,7 @@ flags=(-std=c11 -D_GNU_SOURCE -Isrc -I. -Itests $(pkg-config --cflags lua5.4))
 sources=($(printf '%s\n' "${program[@]}" | grep '\.c$'))
 if command -v clang-tidy >/dev/null; then
     printf '%s\n' "${sources[@]}" | xargs -P 2 -n 4 sh -c 'f=$1; shift; clang-tidy --quiet "$@" -- $f 2>/dev/null' sh "${flags[*]}" |
+        grep -E '(warning|error):' | sort -u |
         rule "clang-tidy"
 else
     skip clang-tidy "not installed"

@@ -11,4 +11,4 @@ for i = 1, table.getn({1, 2, 3}) do
     root:add_child(cube)
 end
 root:rotate('y', 40)
-gr.render(root, 'golden.png', 80, 80, {0, 3, 6}, {0, -2.2, -6}, {0, 1, 0}, 45, {0.3, 0.3, 0.3}, {gr.light({5, 6, 6}, {0.8, 0.8, 0.8}, {1, 0, 0})})
+gr.render(root, 'golden.png', 80, 80, {0, 3, 6}, {0, -2.2, -6}, {0, 1, 0}, 30, {0.3, 0.3, 0.3}, {gr.light({5, 6, 6}, {0.8, 0.8, 0.8}, {1, 0, 0})})

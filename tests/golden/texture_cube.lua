@@ -1,4 +1,4 @@
--- Each face carries the whole picture, upright from outside; the top by (x, z).
+-- Each face carries the whole picture, upright from outside; the top by (x, z), so mirrored.
 dofile 'lib/stage.lua'
 local cube = gr.nh_box('cube', {-0.5, -0.5, -0.5}, 1)
 cube:add_texture('pattern.png')
