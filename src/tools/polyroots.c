@@ -3,7 +3,7 @@
  * decomposition (l1, l2, l3, d2) gives the factors (x^2 + aq x + bq)(x^2 + cq x + dq). */
 #include "tools/polyroots.h"
 
-#include <float.h>
+#include <stddef.h>
 
 #include "common/numeric.h"
 
@@ -163,7 +163,8 @@ static void choose_ldl(const double c[4], double l1, double l3, double bl311, do
     }
 }
 
-/* False if both factors are complex: then so are all roots (or real ones are double). */
+/* False if the factors are complex, (x^2 + aq x + bq) + i (cq x + dq) and its conjugate: then so are all roots (or real
+ * ones are double). */
 static bool factor_quartic(const double c[4], Factors *f)
 {
     double a = c[3], b = c[2], d = c[0], phi = resolvent_root(c[3], c[2], c[1], c[0]);
@@ -189,7 +190,12 @@ static bool factor_quartic(const double c[4], Factors *f)
         if (!found || factors_error(c, &same) < factors_error(c, f)) *f = same;
         found = true;
     }
-    if (found) polish_factors(c, f);
+    if (found) {
+        polish_factors(c, f);
+    } else {
+        double g = sqrt(fmax(d2, 0));
+        *f = (Factors){l1, l3, g, g * l2};
+    }
     return found;
 }
 
@@ -203,26 +209,35 @@ static void sort_roots(double *x, int n)
         }
 }
 
-/* How far from 0 a factor's discriminant, the factors' common resultant and the residual must stay, coefficients of
- * order 1, for rounding (some 2^-45) to be unable to change the number of roots. */
-#define SURE_MARGIN 0x1p-14
+/* How far a discriminant must stay from 0, and a complex root from the real axis, coefficients being of order 1, for the
+ * rounding of the coefficients and of the factors (below 2^-40) to be unable to make real roots of complex ones or the
+ * reverse: a double complex root moves by the square root of that. */
+#define SURE_DISC 0x1p-14
+#define SURE_IMAGINARY 0x1p-8
+#define SURE_RESIDUAL 0x1p-40
+
+/* The roots of x^2 + (p + i r) x + (q + i s) stay clear of the real axis, and the product with the conjugate is c. */
+static bool surely_complex(const double c[4], const Factors *f)
+{
+    double p = f->aq, q = f->bq, r = f->cq, s = f->dq, size = 1 + fabs(p) + fabs(q) + fabs(r) + fabs(s);
+    double off = fabs(2 * p - c[3]) + fabs(p * p + 2 * q + r * r - c[2]) + fabs(2 * (p * q + r * s) - c[1]) +
+                 fabs(q * q + s * s - c[0]);
+    if (!(off < SURE_RESIDUAL * size)) return false;
+    /* the imaginary part of the root of the discriminant u + i v */
+    double u = p * p - r * r - 4 * q, v = 2 * p * r - 4 * s, root = sqrt(0.5 * (sqrt(u * u + v * v) - u));
+    return fabs(0.5 * (r - root)) > SURE_IMAGINARY && fabs(0.5 * (r + root)) > SURE_IMAGINARY;
+}
 
 bool poly_quartic_guess(const double c[4], double root[4], int *count)
 {
     Factors f;
     *count = 0;
-    if (!factor_quartic(c, &f)) {
-        /* all complex, and certain if the quartic's least value is; that isn't known here */
-        return false;
-    }
-    double scale = 1 + fabs(f.aq) + fabs(f.bq) + fabs(f.cq) + fabs(f.dq);
+    if (!factor_quartic(c, &f)) return surely_complex(c, &f);
+    double size = 1 + fabs(f.aq) + fabs(f.bq) + fabs(f.cq) + fabs(f.dq);
     double off = fabs(f.aq + f.cq - c[3]) + fabs(f.bq + f.aq * f.cq + f.dq - c[2]) +
                  fabs(f.bq * f.cq + f.aq * f.dq - c[1]) + fabs(f.bq * f.dq - c[0]);
-    /* the resultant: 0 where the factors share a root */
-    double db = f.bq - f.dq, da = f.aq - f.cq, resultant = db * db - da * (f.bq * f.cq - f.aq * f.dq);
     double disc[2] = {f.aq * f.aq - 4 * f.bq, f.cq * f.cq - 4 * f.dq};
-    if (!(off < 0x1p-40 * scale && fabs(resultant) > SURE_MARGIN * scale && fabs(disc[0]) > SURE_MARGIN * scale &&
-          fabs(disc[1]) > SURE_MARGIN * scale))
+    if (!(off < SURE_RESIDUAL * size && fabs(disc[0]) > SURE_DISC * size && fabs(disc[1]) > SURE_DISC * size))
         return false;
     double p[2] = {f.aq, f.cq}, q[2] = {f.bq, f.dq};
     int n = 0;
@@ -252,6 +267,18 @@ static Dd evaluate(const Dd *c, int degree, double x, double noise, double *boun
     return y;
 }
 
+/* The value, in plain double precision where its sign is certain so. */
+static double evaluate_sign(const Dd *c, int degree, double x)
+{
+    double y = c[degree].hi, size = fabs(y), ax = fabs(x), bound;
+    for (int i = degree - 1; i >= 0; i--) {
+        y = y * x + c[i].hi;
+        size = size * ax + fabs(c[i].hi);
+    }
+    if (fabs(y) > GAMMA(16) * size) return y;
+    return evaluate(c, degree, x, 0, &bound).hi;
+}
+
 static double evaluate_plain(const Dd *c, int degree, double x)
 {
     double y = c[degree].hi;
@@ -264,34 +291,38 @@ static void derive(const Dd *c, int degree, Dd *out)
     for (int i = 1; i <= degree; i++) out[i - 1] = dd_mul_d(c[i], i);
 }
 
-/* The sign change in [lo, hi], where the value is negative at one end and not at the other: Newton's method, and
- * bisection where that leaves the bracket or is slow. */
-static PolyRoot bracketed_root(const Dd *c, int degree, double lo, double hi, bool rising, double noise)
+/* The sign change in [lo, hi], where the value is negative at one end and not at the other, to double precision:
+ * Newton's method, and bisection where that leaves the bracket or is slow. */
+static double bracketed_zero(const Dd *c, const Dd *slope, int degree, double lo, double hi, bool rising)
 {
-    Dd slope_c[5];
-    derive(c, degree, slope_c);
-    double x = 0.5 * (lo + hi), bound, left = lo, right = hi, last_step = hi - lo;
+    double x = 0.5 * (lo + hi), last_step = hi - lo;
     for (int i = 0; i < 200; i++) {
-        Dd y = evaluate(c, degree, x, noise, &bound);
-        if (y.hi == 0) break;
-        if ((y.hi < 0) == rising) lo = x;
+        double y = evaluate_sign(c, degree, x);
+        if (y == 0) break;
+        if ((y < 0) == rising) lo = x;
         else hi = x;
-        double next = x - y.hi / evaluate_plain(slope_c, degree - 1, x);
+        double next = x - y / evaluate_plain(slope, degree - 1, x);
         if (!(next > lo && next < hi && fabs(next - x) <= 0.5 * last_step)) next = 0.5 * (lo + hi);
         last_step = fabs(next - x);
         x = next;
         if (last_step <= UNIT_ROUNDOFF * fabs(x)) break;
     }
-    Dd y = evaluate(c, degree, x, noise, &bound);
-    double slope = evaluate_plain(slope_c, degree - 1, x), step = -y.hi / slope;
+    return x;
+}
+
+/* The rest that x leaves out, and an error widened until the signs on both sides are beyond doubt or the bracket's ends
+ * are reached. */
+static PolyRoot finish_root(const Dd *c, const Dd *slope_c, int degree, double x, double lo, double hi, bool rising,
+                            double noise)
+{
+    double bound, slope = evaluate_plain(slope_c, degree - 1, x);
+    double step = -evaluate(c, degree, x, noise, &bound).hi / slope;
     if (!(fabs(step) <= GAMMA(8) * fabs(x))) step = 0;
     Dd sum = dd_quick_sum(x, step);
-
-    /* widen the error until the signs on both sides are beyond doubt, or the bracket's ends are reached */
     double err = GAMMA(1) * fabs(sum.hi) + 0x1p-1074 + (slope != 0 ? 2 * bound / fabs(slope) : 0);
     for (int i = 0; i < 600; i++, err *= 2) {
         double a = sum.hi - err, b = sum.hi + err, bound_a, bound_b;
-        bool left_done = a <= left, right_done = b >= right;
+        bool left_done = a <= lo, right_done = b >= hi;
         Dd ya = evaluate(c, degree, a, noise, &bound_a), yb = evaluate(c, degree, b, noise, &bound_b);
         if (!left_done) left_done = rising ? ya.hi < -bound_a : ya.hi > bound_a;
         if (!right_done) right_done = rising ? yb.hi > bound_b : yb.hi < -bound_b;
@@ -300,24 +331,29 @@ static PolyRoot bracketed_root(const Dd *c, int degree, double lo, double hi, bo
     return (PolyRoot){sum.hi, sum.lo, err};
 }
 
-/* The sign changes in (lo, hi), where `stop` are the roots of the derivative. A value of 0 counts as positive. */
-static int roots_between(const Dd *c, int degree, double lo, double hi, const double *stop, int stops, double noise,
-                         PolyRoot *root)
+/* The sign changes in (-limit, limit), where `stop` are the roots of the derivative; a value of 0 counts as positive.
+ * Gives root (NULL: not wanted) or zero. */
+static int zeros_between(const Dd *c, const Dd *slope, int degree, double limit, const double *stop, int stops,
+                         double noise, double *zero, PolyRoot *root)
 {
     int n = 0;
-    double a = lo, bound;
-    bool negative_a = evaluate(c, degree, a, noise, &bound).hi < 0;
+    double a = -limit;
+    bool negative_a = evaluate_sign(c, degree, a) < 0;
     for (int i = 0; i <= stops; i++) {
-        double b = i < stops ? stop[i] : hi;
-        bool negative_b = evaluate(c, degree, b, noise, &bound).hi < 0;
-        if (negative_a != negative_b) root[n++] = bracketed_root(c, degree, a, b, negative_a, noise);
+        double b = i < stops ? stop[i] : limit;
+        bool negative_b = evaluate_sign(c, degree, b) < 0;
+        if (negative_a != negative_b) {
+            double x = bracketed_zero(c, slope, degree, a, b, negative_a);
+            if (root) root[n] = finish_root(c, slope, degree, x, a, b, negative_a, noise);
+            zero[n++] = x;
+        }
         a = b;
         negative_a = negative_b;
     }
     return n;
 }
 
-/* The roots of the derivatives, one after the other, starting from the linear third one. */
+/* The zeros of the derivatives, one after the other, starting from the linear third one. */
 static int isolate_quartic(const Dd c[5], double limit, double noise, PolyRoot root[4], double critical[3],
                            int *criticals)
 {
@@ -325,17 +361,14 @@ static int isolate_quartic(const Dd c[5], double limit, double noise, PolyRoot r
     derive(c, 4, d1);
     derive(d1, 3, d2);
     derive(d2, 2, d3);
-    double stop[3] = {-d3[0].hi / d3[1].hi};
-    PolyRoot found[4];
-    int n = roots_between(d2, 2, -limit, limit, stop, 1, 0, found);
-    for (int i = 0; i < n; i++) stop[i] = found[i].x;
-    n = roots_between(d1, 3, -limit, limit, stop, n, 0, found);
-    for (int i = 0; i < n; i++) stop[i] = found[i].x;
+    double inflection = -d3[0].hi / d3[1].hi, turn[2], stop[3], zero[4];
+    int turns = zeros_between(d2, d3, 2, limit, &inflection, 1, 0, turn, NULL);
+    int stops = zeros_between(d1, d2, 3, limit, turn, turns, 0, stop, NULL);
     if (criticals) {
-        for (int i = 0; i < n; i++) critical[i] = stop[i];
-        *criticals = n;
+        for (int i = 0; i < stops; i++) critical[i] = stop[i];
+        *criticals = stops;
     }
-    return roots_between(c, 4, -limit, limit, stop, n, noise, root);
+    return zeros_between(c, d1, 4, limit, stop, stops, noise, zero, root);
 }
 
 /* Polishes a guess and makes sure of it. False: isolate instead. */

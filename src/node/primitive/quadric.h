@@ -74,7 +74,7 @@ static inline bool crossing_before(const Crossing *a, const Crossing *b)
     return a->t < b->t || (a->t == b->t && a->lo < b->lo);
 }
 
-/* The ray's point at t, split for squaring: hi has at most 25 bits after the point, so that for |hi| <= 2 the squares
+/* The ray's point at t, split for squaring: hi has at most 24 bits after the point, so that for |hi| <= 3 the squares
  * are exact and so are their sums; lo is the rest. With t and d in halves (Veltkamp) the greatest term of o + t d is
  * exact, what remains is rounded at 2^-79 of |t d|. */
 typedef struct { double hi, lo; } Split;
@@ -83,7 +83,7 @@ static inline Split split_component(double o, double d, double t_hi, double t_lo
 {
     double c = 0x8000001p0 * d, d_hi = c - (c - d), d_lo = d - d_hi;
     Dd s = dd_sum(o, t_hi * d_hi);
-    double hi = (s.hi + 0x1.8p27) - 0x1.8p27;
+    double hi = (s.hi + 0x1.8p28) - 0x1.8p28;
     return (Split){hi, (s.hi - hi) + (s.lo + (t_hi * d_lo + t_lo * d))};
 }
 

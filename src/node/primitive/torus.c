@@ -33,7 +33,7 @@ typedef struct {
 
 /* Minor radii for which the cheap way's thresholds have been derived: coefficients and slopes of the order of 1. */
 #define PLAIN_MINOR_LEAST 0x1p-5
-#define PLAIN_MINOR_GREATEST 1.0
+#define PLAIN_MINOR_GREATEST 2.0
 
 /* False: certainly no crossing. */
 static bool guess(const Torus *torus, const Ray *ray, TorusGuess *g)
@@ -52,16 +52,20 @@ static bool guess(const Torus *torus, const Ray *ray, TorusGuess *g)
     /* the chord of the bounding sphere must reach the slab |y| <= m */
     double scale = 1 / sqrt(dd), uy = d.y * scale, chord = sqrt(left) * (1 + GAMMA(8)) + e;
     if (fabs(l.y) - chord * fabs(uy) > (m + e) * (1 + GAMMA(16)) + e) return false;
-    if (!(reach < 0x1p12 && m >= PLAIN_MINOR_LEAST && m <= PLAIN_MINOR_GREATEST)) return true;
+    if (!(reach < 0x1p20 && m >= PLAIN_MINOR_LEAST && m <= PLAIN_MINOR_GREATEST)) return true;
 
     double ux = d.x * scale, uz = d.z * scale;
     double k = ll + 1 - m * m, a = ux * ux + uz * uz, b = l.x * ux + l.z * uz, c = l.x * l.x + l.z * l.z;
     double quartic[4] = {k * k - 4 * c, -8 * b, 2 * k - 4 * a, 0}, s[4];
     if (!poly_quartic_guess(quartic, s, &g->count)) return true;
-    for (int i = 0; i < g->count; i++) {
-        double slope = (4 * s[i] * s[i] + 2 * quartic[2]) * s[i] + quartic[1];
-        if (!(fabs(slope) > 0x1p-8)) return true;
-        g->t[i] = near + s[i] * scale;
+    /* the error of l grows with reach: Newton's one step must still leave less than u t */
+    double slope_least = reach < 0x1p12 ? 0x1p-8 : 0x1p-2;
+    int roots = g->count;
+    g->count = 0;
+    for (int i = 0; i < roots; i++) {
+        double slope = (4 * s[i] * s[i] + 2 * quartic[2]) * s[i] + quartic[1], sheet = s[i] * s[i] + k;
+        if (!(fabs(slope) > slope_least) || (m > 1 && !(fabs(sheet) > 0x1p-8))) return true;
+        if (m <= 1 || sheet > 0) g->t[g->count++] = near + s[i] * scale;
     }
     /* the residual is some 2^-40, the slope 2^-8 at least, and near carries the origin's rounding */
     g->slack = (0x1p-28 + 0x1p-40 * reach) * scale;
@@ -87,9 +91,9 @@ static bool refine(const Torus *torus, const Ray *ray, const TorusGuess *g, int 
     double wd = x.hi * d.x + z.hi * d.z, slope = 4 * k.hi * (wd + y.hi * d.y) - 8 * wd, dd = vec3_dot(d, d);
     double step = -residual / slope;
     Dd sum = dd_quick_sum(t, step);
-    /* second derivative at most 48 dd within the bounding sphere; the residual's rounding; the slope's, from hi alone */
+    /* half the second derivative is at most 64 dd within the bounding sphere; the residual's rounding; the slope's, from hi alone */
     double reach = 1 + fabs(o.x) + fabs(o.y) + fabs(o.z);
-    double err = (48 * dd * step * step + 0x1p-66 * reach) / fabs(slope) + 0x1p-12 * fabs(step);
+    double err = (64 * dd * step * step + 0x1p-66 * reach) / fabs(slope) + 0x1p-12 * fabs(step);
     *crossing = (Crossing){sum.hi, sum.lo, GAMMA(1) * fabs(sum.hi) + err, 0};
     return true;
 }

@@ -1,0 +1,613 @@
+/* Laws that every primitive keeps, run over a list of all of them, and an oracle of their crossings in __float128 that
+ * is written from the implicit equations alone. A failing ray is printed in full (hexadecimal) with its seed. */
+#include "node/primitive/primitive.h"
+
+#include <float.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "common/numeric.h"
+#include "common/rng.h"
+
+/* -- quad arithmetic -- */
+
+__extension__ typedef __float128 Quad;
+
+static Quad q_abs(Quad x) { return x < 0 ? -x : x; }
+static Quad q_min(Quad a, Quad b) { return a < b ? a : b; }
+static Quad q_max(Quad a, Quad b) { return a > b ? a : b; }
+
+static Quad q_sqrt(Quad x)
+{
+    if (x <= 0) return 0;
+    int e = 0;
+    while (x > 4) {
+        x /= 4;
+        e++;
+    }
+    while (x < 0.25) {
+        x *= 4;
+        e--;
+    }
+    Quad r = (Quad)sqrt((double)x);
+    for (int i = 0; i < 3; i++) r = (r + x / r) / 2;
+    for (; e > 0; e--) r *= 2;
+    for (; e < 0; e++) r /= 2;
+    return r;
+}
+
+/* Larger than any t that a double holds. */
+#define Q_FAR ((Quad)DBL_MAX * DBL_MAX)
+
+typedef struct { Quad o[3], d[3], t0; } QLine;   /* the ray's t is t0 + r */
+
+/* The ray's line about its point nearest to the origin. */
+static QLine q_line(const Ray *ray)
+{
+    QLine l = {{ray->o.x, ray->o.y, ray->o.z}, {ray->d.x, ray->d.y, ray->d.z}, 0};
+    for (int round = 0; round < 2; round++) {
+        Quad od = 0, dd = 0;
+        for (int i = 0; i < 3; i++) {
+            od += l.o[i] * l.d[i];
+            dd += l.d[i] * l.d[i];
+        }
+        Quad t = -od / dd;
+        l.t0 += t;
+        for (int i = 0; i < 3; i++) l.o[i] += t * l.d[i];
+    }
+    return l;
+}
+
+/* The value of a polynomial, coefficients from the constant up. */
+static Quad poly(const Quad *c, int degree, Quad x)
+{
+    Quad y = c[degree];
+    for (int i = degree - 1; i >= 0; i--) y = y * x + c[i];
+    return y;
+}
+
+/* All real roots in (lo, hi) where the polynomial changes its sign, ascending: between the roots of its derivative,
+ * by bisection. */
+static int poly_roots(const Quad *c, int degree, Quad lo, Quad hi, Quad *root)
+{
+    if (degree == 0) return 0;
+    Quad derivative[8], stop[10];
+    for (int i = 1; i <= degree; i++) derivative[i - 1] = c[i] * i;
+    int stops = poly_roots(derivative, degree - 1, lo, hi, stop + 1), n = 0;
+    stop[0] = lo;
+    stop[stops + 1] = hi;
+    for (int i = 0; i <= stops; i++) {
+        Quad a = stop[i], b = stop[i + 1], fa = poly(c, degree, a);
+        if ((fa < 0) == (poly(c, degree, b) < 0)) continue;
+        for (int k = 0; k < 130; k++) {
+            Quad m = (a + b) / 2;
+            if ((poly(c, degree, m) < 0) == (fa < 0)) a = m;
+            else b = m;
+        }
+        root[n++] = (a + b) / 2;
+    }
+    return n;
+}
+
+/* -- the oracles: crossings of the whole line, in pairs, ascending -- */
+
+typedef struct {
+    Quad t[4];
+    int n;
+    Quad margin;   /* how far, as a length, the line is from having other crossings than these */
+} Truth;
+
+typedef struct Row {
+    const char *name;
+    Prim *(*make)(void);
+    bool convex;
+    double ulps;                                                /* of t, where the oracle's margin is wide */
+    void (*truth)(const struct Row *, const Ray *, Truth *);    /* NULL: none is known */
+    Quad (*distance)(const struct Row *, const Surface *, uint32_t part);  /* to the surface, per unit of slope; NULL: none */
+    double minor;                                               /* of a torus */
+} Row;
+
+/* Roots of a r^2 + 2 b r + c as an interval; false if there are none. */
+static bool q_quadratic(Quad a, Quad b, Quad c, Quad r[2])
+{
+    Quad disc = b * b - a * c;
+    if (disc <= 0) return false;
+    Quad root = q_sqrt(disc), q = b < 0 ? -b + root : -b - root;
+    r[0] = q_min(q / a, c / q);
+    r[1] = q_max(q / a, c / q);
+    return true;
+}
+
+static void finish_interval(Quad in, Quad out, const QLine *l, Truth *truth)
+{
+    Quad length = q_sqrt(l->d[0] * l->d[0] + l->d[1] * l->d[1] + l->d[2] * l->d[2]);
+    truth->margin = q_min(truth->margin, q_abs(out - in) * length);
+    truth->n = 0;
+    if (in >= out) return;
+    truth->t[0] = l->t0 + in;
+    truth->t[1] = l->t0 + out;
+    truth->n = 2;
+}
+
+static void slab(Quad o, Quad d, Quad lo, Quad hi, Quad *in, Quad *out, Quad *margin)
+{
+    *margin = q_min(*margin, 1);
+    if (d == 0) {
+        *margin = q_min(*margin, q_min(q_abs(o - lo), q_abs(o - hi)));
+        bool inside = o >= lo && o <= hi;
+        *in = inside ? -Q_FAR : Q_FAR;
+        *out = -*in;
+        return;
+    }
+    Quad a = (lo - o) / d, b = (hi - o) / d;
+    *in = q_min(a, b);
+    *out = q_max(a, b);
+}
+
+static void sphere_truth(const Row *row, const Ray *ray, Truth *truth)
+{
+    (void)row;
+    QLine l = q_line(ray);
+    Quad a = 0, b = 0, c = -1, r[2] = {0, 0};
+    for (int i = 0; i < 3; i++) {
+        a += l.d[i] * l.d[i];
+        b += l.o[i] * l.d[i];
+        c += l.o[i] * l.o[i];
+    }
+    truth->margin = q_abs(c - b * b / a);
+    q_quadratic(a, b, c, r);
+    finish_interval(r[0], r[1], &l, truth);
+    if (truth->n == 0) truth->margin = q_abs(c - b * b / a);
+}
+
+static void cube_truth(const Row *row, const Ray *ray, Truth *truth)
+{
+    (void)row;
+    QLine l = q_line(ray);
+    Quad in = -Q_FAR, out = Q_FAR;
+    truth->margin = 1;
+    for (int i = 0; i < 3; i++) {
+        Quad a, b;
+        slab(l.o[i], l.d[i], 0, 1, &a, &b, &truth->margin);
+        in = q_max(in, a);
+        out = q_min(out, b);
+    }
+    finish_interval(in, out, &l, truth);
+}
+
+static void cylinder_truth(const Row *row, const Ray *ray, Truth *truth)
+{
+    (void)row;
+    QLine l = q_line(ray);
+    Quad a = l.d[0] * l.d[0] + l.d[2] * l.d[2], b = l.o[0] * l.d[0] + l.o[2] * l.d[2];
+    Quad c = l.o[0] * l.o[0] + l.o[2] * l.o[2] - 1, r[2] = {-Q_FAR, Q_FAR}, in, out;
+    truth->margin = q_abs(a == 0 ? c : c - b * b / a);
+    slab(l.o[1], l.d[1], -1, 1, &in, &out, &truth->margin);
+    truth->n = 0;
+    if (a == 0 ? c > 0 : !q_quadratic(a, b, c, r)) return;
+    finish_interval(q_max(in, r[0]), q_min(out, r[1]), &l, truth);
+}
+
+static void cone_truth(const Row *row, const Ray *ray, Truth *truth)
+{
+    (void)row;
+    QLine l = q_line(ray);
+    Quad a = l.d[0] * l.d[0] - l.d[1] * l.d[1] + l.d[2] * l.d[2];
+    Quad b = l.o[0] * l.d[0] - l.o[1] * l.d[1] + l.o[2] * l.d[2];
+    Quad c = l.o[0] * l.o[0] - l.o[1] * l.o[1] + l.o[2] * l.o[2];
+    Quad dd = l.d[0] * l.d[0] + l.d[1] * l.d[1] + l.d[2] * l.d[2];
+    Quad in, out, r[2] = {0, 0};
+    truth->n = 0;
+    truth->margin = q_abs(b * b - a * c) / dd;
+    slab(l.o[1], l.d[1], -1, 0, &in, &out, &truth->margin);
+    if (in >= out) return;
+    /* cut the slab at the roots: the piece whose middle is inside, y being below 0 throughout */
+    Quad cut[4] = {in, out, out, out};
+    int n = 1;
+    if (a == 0 && b != 0) r[0] = r[1] = -c / (2 * b);
+    else if (a != 0) q_quadratic(a, b, c, r);
+    for (int i = 0; i < 2; i++)
+        if (r[i] > cut[n - 1] && r[i] < out) cut[n++] = r[i];
+    cut[n] = out;
+    for (int i = 0; i < n; i++) {
+        Quad m = (cut[i] + cut[i + 1]) / 2;
+        if ((a * m + 2 * b) * m + c <= 0 && cut[i] < cut[i + 1]) finish_interval(cut[i], cut[i + 1], &l, truth);
+    }
+}
+
+static void torus_truth(const Row *row, const Ray *ray, Truth *truth)
+{
+    QLine l = q_line(ray);
+    Quad a = 0, b = 0, c = 0, m = row->minor;
+    for (int i = 0; i < 3; i++) {
+        a += l.d[i] * l.d[i];
+        b += l.o[i] * l.d[i];
+        c += l.o[i] * l.o[i];
+    }
+    truth->n = 0;
+    truth->margin = q_abs(c - (1 + m) * (1 + m));
+    if (c > (1 + m) * (1 + m)) return;
+    Quad flat_a = l.d[0] * l.d[0] + l.d[2] * l.d[2], flat_b = l.o[0] * l.d[0] + l.o[2] * l.d[2];
+    Quad flat_c = l.o[0] * l.o[0] + l.o[2] * l.o[2], k = c + 1 - m * m;
+    Quad p[5] = {k * k - 4 * flat_c, 4 * b * k - 8 * flat_b, 4 * b * b + 2 * a * k - 4 * flat_a, 4 * a * b, a * a};
+    Quad derivative[4] = {p[1], 2 * p[2], 3 * p[3], 4 * p[4]}, stop[4], root[4];
+    Quad limit = 2 * (1 + m) / q_sqrt(a);
+    int stops = poly_roots(derivative, 3, -limit, limit, stop), n = poly_roots(p, 4, -limit, limit, root);
+    for (int i = 0; i < stops; i++)
+        truth->margin = q_min(truth->margin, q_abs(poly(p, 4, stop[i])) / (4 * m * m));
+    /* the inner sheet of a spindle, |p|^2 + 1 - m^2 < 0, bounds nothing */
+    for (int i = 0; i < n; i++) {
+        Quad g = (a * root[i] + 2 * b) * root[i] + k;
+        if (m > 1) truth->margin = q_min(truth->margin, q_abs(g));
+        if (m <= 1 || g >= 0) truth->t[truth->n++] = l.t0 + root[i];
+    }
+}
+
+static Quad sphere_distance(const Row *row, const Surface *s, uint32_t part)
+{
+    (void)row, (void)part;
+    Quad x = s->p.x, y = s->p.y, z = s->p.z;
+    return q_sqrt(x * x + y * y + z * z) - 1;
+}
+
+static Quad outside(Quad x, Quad lo, Quad hi) { return q_max(0, q_max(lo - x, x - hi)); }
+
+static Quad cube_distance(const Row *row, const Surface *s, uint32_t part)
+{
+    (void)row;
+    Quad p[3] = {s->p.x, s->p.y, s->p.z}, far = q_abs(p[part / 2] - (part % 2));
+    for (int i = 0; i < 3; i++) far = q_max(far, outside(p[i], 0, 1));
+    return far;
+}
+
+static Quad cylinder_distance(const Row *row, const Surface *s, uint32_t part)
+{
+    (void)row;
+    Quad x = s->p.x, y = s->p.y, z = s->p.z, r = q_sqrt(x * x + z * z);
+    if (part == 0) return q_max(q_abs(r - 1), outside(y, -1, 1));
+    return q_max(q_abs(y - (part == 1 ? 1 : -1)), outside(r, 0, 1));
+}
+
+static Quad cone_distance(const Row *row, const Surface *s, uint32_t part)
+{
+    (void)row;
+    Quad x = s->p.x, y = s->p.y, z = s->p.z, r = q_sqrt(x * x + z * z);
+    if (part == 0) return q_max(q_abs(r + y) / q_sqrt(2), outside(y, -1, 0));
+    return q_max(q_abs(y + 1), outside(r, 0, 1));
+}
+
+static Quad torus_distance(const Row *row, const Surface *s, uint32_t part)
+{
+    (void)part;
+    Quad x = s->p.x, y = s->p.y, z = s->p.z, r = q_sqrt(x * x + z * z) - 1;
+    return q_sqrt(r * r + y * y) - row->minor;
+}
+
+/* -- the list of primitives -- */
+
+#define TORUS(suffix, radius)                                  \
+    static Prim *torus_##suffix(void) { return torus_create(radius); }
+TORUS(thread, 1e-6)
+TORUS(thin, 0.05)
+TORUS(half, 0.5)
+TORUS(fat, 1 - 1e-12)
+TORUS(horn, 1)
+TORUS(spindle, 1.3)
+TORUS(apple, 20)
+
+static const Row ROWS[] = {
+    {"sphere", sphere_create, true, 4, sphere_truth, sphere_distance, 0},
+    {"cube", cube_create, true, 4, cube_truth, cube_distance, 0},
+    {"cylinder", cylinder_create, true, 4, cylinder_truth, cylinder_distance, 0},
+    {"cone", cone_create, true, 4, cone_truth, cone_distance, 0},
+    {"torus 1e-6", torus_thread, false, 16, torus_truth, torus_distance, 1e-6},
+    {"torus 0.05", torus_thin, false, 16, torus_truth, torus_distance, 0.05},
+    {"torus 0.5", torus_half, false, 16, torus_truth, torus_distance, 0.5},
+    {"torus 1-1e-12", torus_fat, false, 16, torus_truth, torus_distance, 1 - 1e-12},
+    {"torus 1", torus_horn, false, 16, torus_truth, torus_distance, 1},
+    {"torus 1.3", torus_spindle, false, 16, torus_truth, torus_distance, 1.3},
+    {"torus 20", torus_apple, false, 16, torus_truth, torus_distance, 20},
+};
+
+enum { ROW_COUNT = sizeof ROWS / sizeof ROWS[0] };
+
+typedef struct {
+    const Row *row;
+    Prim *prim;
+    Scratch scratch;
+    uint64_t seed;
+    Ray ray;        /* the one being tried: what a failure prints */
+} Case;
+
+static bool failed(const Case *c, const char *law)
+{
+    const Ray *r = &c->ray;
+    print_error("%s: %s (seed %llu)\n  o = {%a, %a, %a}, d = {%a, %a, %a}, tmin %a tmax %a\n", c->row->name, law,
+                (unsigned long long)c->seed, r->o.x, r->o.y, r->o.z, r->d.x, r->d.y, r->d.z, r->tmin, r->tmax);
+    return false;
+}
+
+#define LAW(condition, law) do { if (!(condition)) return failed(c, law); } while (0)
+
+/* -- random rays -- */
+
+static double uniform(Rng *rng, double lo, double hi) { return lo + (hi - lo) * rng_double(rng); }
+
+static Vec3 random_direction(Rng *rng)
+{
+    for (;;) {
+        Vec3 v = vec3_make(uniform(rng, -1, 1), uniform(rng, -1, 1), uniform(rng, -1, 1));
+        double l = vec3_dot(v, v);
+        if (l > 0.01 && l < 1) return vec3_scale(v, 1 / sqrt(l));
+    }
+}
+
+/* Mostly moderate, sometimes an exact 0, -0, a subnormal or any power of ten. */
+static void spoil_component(Rng *rng, double *x)
+{
+    switch (rng_u32(rng) % 40) {
+    case 0: *x = 0; break;
+    case 1: *x = -0.0; break;
+    case 2: *x *= 5e-324 * 0x1p60; break;
+    case 3: *x *= pow(10, uniform(rng, -300, 0)); break;
+    case 4: *x *= 1e-300; break;
+    default: break;
+    }
+}
+
+static Vec3 random_inside(Rng *rng, Box b)
+{
+    return vec3_make(uniform(rng, b.lo.x, b.hi.x), uniform(rng, b.lo.y, b.hi.y), uniform(rng, b.lo.z, b.hi.z));
+}
+
+/* Rays towards the box: from far, near, inside, with exact zeros, along the axes, of all lengths. */
+static Ray random_ray(Rng *rng, Box b, double reach_decades)
+{
+    Vec3 target = random_inside(rng, b), d = random_direction(rng), o;
+    uint32_t kind = rng_u32(rng) % 16;
+    double distance = pow(10, uniform(rng, -3, reach_decades));
+    if (kind < 3) {
+        d = vec3_make(0, 0, 0);
+        double *axis = kind == 0 ? &d.x : kind == 1 ? &d.y : &d.z;
+        *axis = rng_u32(rng) % 2 ? 1 : -1;
+    }
+    if (kind == 3) target = vec3_make(0, 0, 0);
+    if (kind == 4) target = vec3_make(round(target.x), target.y, round(target.z));
+    if (kind == 5) target = vec3_make(round(2 * target.x) / 2, round(2 * target.y) / 2, round(2 * target.z) / 2);
+    o = kind == 6 ? target : vec3_at(target, -distance, d);
+    spoil_component(rng, &d.x);
+    spoil_component(rng, &d.y);
+    spoil_component(rng, &d.z);
+    if (rng_u32(rng) % 4 == 0) d = vec3_scale(d, pow(10, uniform(rng, -200, 200)));
+    if (!(vec3_max(vec3_abs(d)) > 0)) d.y = 1;
+    return (Ray){o, d, rng_u32(rng) % 4 ? 0 : -INFINITY, INFINITY};
+}
+
+/* A ray that touches the unit sphere about a point, or the rim of a cylinder, but for 2^-k. */
+static Ray tangent_ray(Rng *rng, double radius)
+{
+    Vec3 n = random_direction(rng), d = vec3_cross(n, random_direction(rng));
+    double gap = ldexp(1, -(int)(10 + rng_u32(rng) % 43)), side = rng_u32(rng) % 2 ? 1 : -1;
+    Vec3 o = vec3_at(vec3_scale(n, radius * (1 + side * gap)), uniform(rng, -10, 10), d);
+    return (Ray){o, d, -INFINITY, INFINITY};
+}
+
+static Ray draw(Rng *rng, const Case *c, double decades)
+{
+    Box b = c->prim->ops->bounds(c->prim);
+    if (rng_u32(rng) % 16 == 0) return tangent_ray(rng, c->row->minor > 0 ? 1 + c->row->minor : 1);
+    return random_ray(rng, b, decades);
+}
+
+/* -- laws of one ray -- */
+
+static bool hit_of(const Case *c, const Ray *ray, Hit *hit)
+{
+    *hit = (Hit){.object = HIT_NONE};
+    return c->prim->ops->intersect(c->prim, ray, hit, (Scratch *)&c->scratch);
+}
+
+static bool same_hit(bool a, bool b, const Hit *x, const Hit *y)
+{
+    return a == b && (!a || (x->t == y->t && x->u == y->u && x->v == y->v && x->part == y->part));
+}
+
+static bool finite3(Vec3 v) { return isfinite(v.x) && isfinite(v.y) && isfinite(v.z); }
+
+static bool law_segments(Case *c)
+{
+    const PrimOps *ops = c->prim->ops;
+    if (!ops->segments) return true;
+    SegList list = seg_list(&c->scratch);
+    LAW(ops->segments(c->prim, &c->ray, &list), "segments failed");
+    double last = -INFINITY;
+    const Edge *first = NULL;
+    for (uint32_t i = 0; i < list.count; i++) {
+        const Edge *edge[2] = {&list.seg[i].in, &list.seg[i].out};
+        LAW(i == 0 || edge[0]->t >= last, "segments overlap");
+        LAW(edge[0]->t <= edge[1]->t, "a segment runs backwards");
+        last = edge[1]->t;
+        for (int k = 0; k < 2; k++) {
+            LAW(isfinite(edge[k]->t) && edge[k]->t_err >= 0, "an edge isn't finite");
+            LAW(finite3(edge[k]->n) && vec3_max(vec3_abs(edge[k]->n)) > 0, "an edge without a normal");
+            LAW(edge[k]->leaf == 0 || !c->row->truth, "a leaf number");
+            if (!first && edge[k]->t > c->ray.tmin) first = edge[k];
+        }
+    }
+    LAW(!c->row->convex || list.count <= 1, "two segments through a convex solid");
+    Hit hit;
+    bool found = hit_of(c, &c->ray, &hit), expected = first && first->t <= c->ray.tmax;
+    LAW(found == expected, "intersect and segments disagree");
+    LAW(!found || (hit.t == first->t && hit.u == first->u && hit.v == first->v && hit.part == first->part),
+        "the first edge past tmin isn't the hit");
+    return true;
+}
+
+static bool law_hit(Case *c)
+{
+    const PrimOps *ops = c->prim->ops;
+    Hit hit, other;
+    bool found = hit_of(c, &c->ray, &hit);
+    if (ops->occluded) LAW(ops->occluded(c->prim, &c->ray, &c->scratch) == found, "occluded disagrees");
+    if (!found) return true;
+    LAW(hit.t > c->ray.tmin && hit.t <= c->ray.tmax, "t out of range");
+    LAW(hit.object == HIT_NONE, "the world's index was touched");
+
+    Ray clipped = c->ray;
+    clipped.tmax = hit.t;
+    LAW(same_hit(found, hit_of(c, &clipped, &other), &hit, &other), "tmax = t loses the hit");
+    clipped.tmax = nextafter(hit.t, -INFINITY);
+    if (clipped.tmax > clipped.tmin) LAW(!hit_of(c, &clipped, &other), "a hit beyond tmax");
+    clipped = c->ray;
+    clipped.tmin = hit.t;
+    LAW(!hit_of(c, &clipped, &other) || other.t > hit.t, "a hit at tmin");
+
+    Ray doubled = c->ray;
+    doubled.d = vec3_scale(doubled.d, 2);
+    doubled.tmin /= 2;
+    doubled.tmax /= 2;
+    bool normal = fabs(hit.t) > 0x1p-1000 && vec3_max(vec3_abs(c->ray.d)) < 0x1p1000;
+    if (normal) LAW(hit_of(c, &doubled, &other) && other.t == hit.t / 2, "doubling the direction doesn't halve t");
+
+    Surface s;
+    ops->surface(c->prim, &c->ray, &hit, &s);
+    LAW(finite3(s.p) && finite3(s.p_err) && finite3(s.n) && finite3(s.ns), "a surface that isn't finite");
+    LAW(isfinite(s.u) && isfinite(s.v) && s.u >= 0 && s.u <= 1 && s.v >= 0 && s.v <= 1, "texture coordinates");
+    LAW(vec3_max(vec3_abs(s.n)) > 0, "no normal");
+    Box b = ops->bounds(c->prim);
+    LAW(s.p.x >= b.lo.x - s.p_err.x && s.p.x <= b.hi.x + s.p_err.x && s.p.y >= b.lo.y - s.p_err.y &&
+        s.p.y <= b.hi.y + s.p_err.y && s.p.z >= b.lo.z - s.p_err.z && s.p.z <= b.hi.z + s.p_err.z, "out of bounds");
+    if (c->row->distance) {
+        /* p_err is a box: it must reach the surface along the normal */
+        double l = sqrt(vec3_dot(s.n, s.n));
+        double reach = vec3_dot(vec3_abs(s.n), s.p_err) / l;
+        LAW((double)q_abs(c->row->distance(c->row, &s, hit.part)) <= reach * (1 + 0x1p-20), "p_err is too small");
+    }
+    if (c->row->convex) {
+        double away = (vec3_dot(vec3_abs(s.n), s.p_err) + 0x1p-50) / vec3_dot(s.n, s.n);
+        Rng rng = rng_seed(c->seed, 77);
+        for (int i = 0; i < 3; i++) {
+            Ray leave = {vec3_at(s.p, away, s.n), random_direction(&rng), 0, INFINITY};
+            if (vec3_dot(leave.d, s.n) < 0) leave.d = vec3_neg(leave.d);
+            LAW(!hit_of(c, &leave, &other), "a leaving ray hits again");
+        }
+    }
+    return true;
+}
+
+static double ulps_between(double t, Quad truth)
+{
+    double ulp = nextafter(fabs((double)truth), INFINITY) - fabs((double)truth);
+    return (double)(q_abs(truth - t) / ulp);
+}
+
+/* Margins below this can't be decided by the oracle itself, in units of length. */
+#define DECIDABLE 0x1p-90
+
+/* Largest ulps seen, for the record. */
+typedef struct { double ulps, bound_use; long hits; } Worst;
+
+static bool law_truth(Case *c, Worst *worst)
+{
+    if (!c->row->truth) return true;
+    Truth truth;
+    c->row->truth(c->row, &c->ray, &truth);
+    for (int i = 0; i < truth.n; i++)
+        if (q_abs(truth.t[i]) > 0x1p1000 || q_abs(truth.t[i]) < 0x1p-1000) return true;
+    SegList list = seg_list(&c->scratch);
+    LAW(c->prim->ops->segments(c->prim, &c->ray, &list), "segments failed");
+    double far = fmax(1, vec3_max(vec3_abs(c->ray.o)));
+    if (truth.margin < DECIDABLE * far * far) return true;
+    if (2 * (int)list.count != truth.n) print_error("%u segments, truth %d crossings, margin %g\n", list.count, truth.n,
+                                                    (double)truth.margin);
+    LAW(2 * (int)list.count == truth.n, "the number of crossings is wrong");
+    for (int i = 0; i < truth.n; i++) {
+        const Edge *edge = i % 2 ? &list.seg[i / 2].out : &list.seg[i / 2].in;
+        double off = (double)q_abs(truth.t[i] - edge->t);
+        if (!(off <= edge->t_err)) print_error("crossing %d: t %a off by %g, t_err %g\n", i, edge->t, off, edge->t_err);
+        LAW(off <= edge->t_err, "t is further from the truth than t_err");
+        double ulps = ulps_between(edge->t, truth.t[i]);
+        if (ulps > worst->ulps) worst->ulps = ulps;
+        if (off > 0 && off / edge->t_err > worst->bound_use) worst->bound_use = off / edge->t_err;
+        worst->hits++;
+        if (ulps > c->row->ulps)
+            print_error("crossing %d: t %a is %.1f ulps off, margin %g\n", i, edge->t, ulps, (double)truth.margin);
+        LAW(ulps <= c->row->ulps, "t is too many ulps off");
+    }
+    return true;
+}
+
+/* -- the tests: every law over every primitive -- */
+
+static void case_open(Case *c, const Row *row)
+{
+    *c = (Case){.row = row, .prim = row->make(), .scratch = {.arena = arena_create()}};
+    assert_non_null(c->prim);
+    assert_non_null(c->scratch.arena);
+}
+
+static void case_close(Case *c)
+{
+    prim_destroy(c->prim);
+    arena_destroy(c->scratch.arena);
+}
+
+static void test_laws(void **state)
+{
+    (void)state;
+    for (int r = 0; r < ROW_COUNT; r++) {
+        Case c;
+        case_open(&c, &ROWS[r]);
+        for (uint64_t seed = 0; seed < 60000; seed++) {
+            Rng rng = rng_seed(seed, 1);
+            c.seed = seed;
+            c.ray = draw(&rng, &c, 6);
+            arena_reset(c.scratch.arena);
+            assert_true(law_segments(&c) && law_hit(&c));
+            c.ray.tmin = uniform(&rng, 0, 2);
+            c.ray.tmax = c.ray.tmin + uniform(&rng, 0, 2);
+            assert_true(law_segments(&c) && law_hit(&c));
+        }
+        case_close(&c);
+    }
+}
+
+static void run_truth(uint64_t rays, double decades, uint64_t stream)
+{
+    for (int r = 0; r < ROW_COUNT; r++) {
+        Case c;
+        Worst worst = {0};
+        case_open(&c, &ROWS[r]);
+        /* the quartic's oracle bisects: it costs fifty times as much */
+        uint64_t tries = ROWS[r].minor > 0 ? rays / 10 : rays;
+        for (uint64_t seed = 0; seed < tries; seed++) {
+            Rng rng = rng_seed(seed, stream);
+            c.seed = seed;
+            c.ray = draw(&rng, &c, decades);
+            arena_reset(c.scratch.arena);
+            assert_true(law_truth(&c, &worst));
+        }
+        print_message("%-14s %ld crossings, worst %.2f ulps, %.3f of t_err\n", c.row->name, worst.hits, worst.ulps,
+                      worst.bound_use);
+        case_close(&c);
+    }
+}
+
+static void test_truth_near(void **state) { (void)state; run_truth(20000, 3, 2); }
+static void test_truth_far(void **state) { (void)state; run_truth(8000, 12, 3); }
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_laws),
+        cmocka_unit_test(test_truth_near),
+        cmocka_unit_test(test_truth_far),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
