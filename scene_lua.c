@@ -939,7 +939,7 @@ static RenderOptions get_options(lua_State *L, int index)
 /* Pushes the lights of a list as an array: nil ends the list. */
 static const Light *push_lights(lua_State *L, int index, uint32_t *count)
 {
-    uint32_t most = get_list(L, index, item("list of lights"));
+    uint32_t most = get_list(L, index, item("lights"));
     Light *light = push_room(L, most, sizeof *light);
     *count = 0;
     while (*count < most && lua_geti(L, index, *count + 1) != LUA_TNIL) {
