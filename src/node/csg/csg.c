@@ -114,7 +114,7 @@ typedef struct {
     SegList segs;        /* of all leaves, one after the other */
     Event *event;
     uint32_t count, capacity;
-    uint32_t *order;     /* of the events by t; its first `result_count` are overwritten with the result's */
+    uint32_t *order;     /* of the events by t; in the end its first `result_count` are those of the result */
     uint32_t result_count;
     Event local_event[LOCAL_EVENTS];
     uint32_t local_order[2 * LOCAL_EVENTS];
@@ -188,41 +188,56 @@ static bool reserve_events(Trace *tr, uint32_t more)
 
 /* Bound on the error, in leaf space, of the places on the ray up to |t|: what the ray's transform rounds (Higham 2002,
  * section 3.5) and what the leaf's matrix is off. */
-static Vec3 place_error(const Trace *tr, const Leaf *leaf, double t)
+static Vec3 place_error(const Leaf *leaf, Vec3 o, Vec3 d, double t)
 {
-    Vec3 reach = vec3_at(vec3_abs(tr->o), t, vec3_abs(tr->d));
+    Vec3 reach = vec3_at(vec3_abs(o), t, vec3_abs(d));
     return vec3_at(leaf->spread, GAMMA(4), abs_linear(&leaf->to_leaf, reach));
 }
 
-/* Rays in the plane of a flat face are taken to run beside it, all leaves' faces on the same side of them, as if the ray
- * were moved by an infinitesimal step in this direction of CSG space (the simulation of simplicity of Edelsbrunner and
- * Muecke 1990). It is in no plane that a scene is likely to have. */
+/* A ray in the plane of a flat face, or along a line of a cylinder's side, is taken to run beside it, on the same side
+ * of all leaves' faces there, as if it were moved by a tiny step in this direction of CSG space (in the manner of the
+ * simulation of simplicity, Edelsbrunner and Muecke 1990). It is in no plane that a scene is likely to have. */
 static const Vec3 ASIDE = {0.8017837257372732, 0.5122083536123418, 0.3079614987123441};
 
-/* A ray that lies in a flat face, as nearly as the matrix and the ray's transform tell, is put exactly into the plane,
- * which counts as inside, or misses the leaf (false), by the side that ASIDE leads to. So it sees just one of two boxes
- * that abut there, not both or none, and the same of A and of A by other roundings. Known are the faces that lie in
- * those of the leaf's box: a cube's, and the flat ends of cylinder and cone. */
-static bool step_aside(const Leaf *leaf, Vec3 place_err, Ray *ray)
+/* Does so for one leaf, where the ray lies in a face as nearly as the leaf's matrix and the ray's transform tell: so a
+ * ray sees just one of two boxes that abut there, not both or none, and the same of A and of A by other roundings. In a
+ * face of the leaf's box (a cube's face, a flat end) it is put exactly into the plane, which counts as inside, or misses
+ * the leaf (false). Along an axis of the leaf it is moved by more than the bound. *moved_by gets how far it was moved. */
+static bool step_aside(const Leaf *leaf, Vec3 place_err, Ray *ray, Vec3 *moved_by)
 {
-    double o[3] = {ray->o.x, ray->o.y, ray->o.z}, d[3] = {ray->d.x, ray->d.y, ray->d.z};
+    double o[3] = {ray->o.x, ray->o.y, ray->o.z}, d[3] = {ray->d.x, ray->d.y, ray->d.z}, by[3] = {0, 0, 0};
     int along = fabs(d[0]) >= fabs(d[1]) && fabs(d[0]) >= fabs(d[2]) ? 0 : fabs(d[1]) >= fabs(d[2]) ? 1 : 2;
     double extent = vec3_get(leaf->bounds.hi, along) - vec3_get(leaf->bounds.lo, along);
     double middle = vec3_get(leaf->bounds.lo, along) + 0.5 * extent;
     double t = (middle - o[along]) / d[along], half_length = 0.5 * extent / fabs(d[along]);
-    for (int i = 0; i < 3; i++) {
-        double err = 2 * vec3_get(place_err, i);
-        if (i == along || !(fabs(d[i]) * half_length <= err)) continue;
+    Vec3 aside = affine_vector(&leaf->to_leaf, ASIDE);
+    int a = (along + 1) % 3, b = (along + 2) % 3;
+    double err_a = 2 * vec3_get(place_err, a), err_b = 2 * vec3_get(place_err, b);
+    bool flat_a = fabs(d[a]) * half_length <= err_a, flat_b = fabs(d[b]) * half_length <= err_b;
+    if (flat_a && flat_b) {
+        double length = hypot(vec3_get(aside, a), vec3_get(aside, b));
+        if (!(length > 0)) return true;
+        double step = 2 * (err_a + err_b) / length;
+        for (int k = 0, i = a; k < 2; k++, i = b) {
+            by[i] = step * fabs(vec3_get(aside, i)) + err_a + err_b;
+            o[i] += t * d[i] + step * vec3_get(aside, i);
+            d[i] = 0;
+        }
+    } else if (flat_a || flat_b) {
+        int i = flat_a ? a : b;
         double p = o[i] + t * d[i], lo = vec3_get(leaf->bounds.lo, i), hi = vec3_get(leaf->bounds.hi, i);
         bool at_lo = fabs(p - lo) < fabs(p - hi);
-        if (!(fabs(p - (at_lo ? lo : hi)) <= err)) continue;
-        const double *row = leaf->to_leaf.m[i];
-        if (at_lo != (vec3_dot(vec3_make(row[0], row[1], row[2]), ASIDE) > 0)) return false;
+        by[i] = flat_a ? err_a : err_b;
+        if (!(fabs(p - (at_lo ? lo : hi)) <= by[i])) return true;
+        if (at_lo != (vec3_get(aside, i) > 0)) return false;
         o[i] = at_lo ? lo : hi;
         d[i] = 0;
+    } else {
+        return true;
     }
     ray->o = vec3_make(o[0], o[1], o[2]);
     ray->d = vec3_make(d[0], d[1], d[2]);
+    *moved_by = vec3_make(by[0], by[1], by[2]);
     return true;
 }
 
@@ -232,6 +247,18 @@ static bool nearly_axial(Vec3 d)
     Vec3 a = vec3_abs(d);
     double m = largest(a) * 0x1p-20;
     return a.x <= m || a.y <= m || a.z <= m;
+}
+
+/* The ray in the space of a leaf; false if it misses the leaf for certain. */
+static bool leaf_ray(const Leaf *leaf, Vec3 o, Vec3 d, Ray *ray, Vec3 *moved_by)
+{
+    *ray = (Ray){o, d, -INFINITY, INFINITY};
+    *moved_by = vec3_make(0, 0, 0);
+    if (!leaf->identity) {
+        ray->o = affine_point(&leaf->to_leaf, o);
+        ray->d = affine_vector(&leaf->to_leaf, d);
+    }
+    return !nearly_axial(ray->d) || step_aside(leaf, place_error(leaf, o, d, 0), ray, moved_by);
 }
 
 /* A face nearly in the ray's direction has an interval without end; but the leaf is not beyond its box. */
@@ -248,12 +275,9 @@ static void cap_interval(Event *event, const Leaf *leaf, const Ray *ray, Vec3 pl
 static bool collect_leaf(Trace *tr, uint32_t index)
 {
     const Leaf *leaf = &tr->csg->leaf[index];
-    Ray ray = {tr->o, tr->d, -INFINITY, INFINITY};
-    if (!leaf->identity) {
-        ray.o = affine_point(&leaf->to_leaf, tr->o);
-        ray.d = affine_vector(&leaf->to_leaf, tr->d);
-    }
-    if (nearly_axial(ray.d) && !step_aside(leaf, place_error(tr, leaf, 0), &ray)) return true;
+    Ray ray;
+    Vec3 moved_by;
+    if (!leaf_ray(leaf, tr->o, tr->d, &ray, &moved_by)) return true;
     uint32_t first = tr->segs.count;
     if (!leaf->prim->ops->segments(leaf->prim, &ray, &tr->segs)) return false;
     uint32_t end = tr->segs.count;
@@ -261,7 +285,7 @@ static bool collect_leaf(Trace *tr, uint32_t index)
     if (!reserve_events(tr, 2 * (end - first))) return false;
 
     double far_t = larger(fabs(tr->segs.seg[first].in.t), fabs(tr->segs.seg[end - 1].out.t));
-    Vec3 place_err = place_error(tr, leaf, far_t);
+    Vec3 place_err = vec3_add(place_error(leaf, tr->o, tr->d, far_t), moved_by);
     for (uint32_t s = first; s < end; s++) {
         const Seg *seg = &tr->segs.seg[s];
         double long_err = 0x1p-10 * (seg->out.t - seg->in.t);
@@ -546,18 +570,17 @@ static void csg_surface(const Prim *prim, const Ray *ray, const Hit *hit, Surfac
 {
     const Csg *csg = (const Csg *)prim;
     const Leaf *leaf = &csg->leaf[hit->leaf];
-    Ray moved = *ray;
+    Vec3 o = ray->o, moved_by;
+    double shift = move_origin(csg, &o, ray->d);
+    Ray in_leaf;
+    leaf_ray(leaf, o, ray->d, &in_leaf, &moved_by);
+    in_leaf.tmin = ray->tmin - shift;
+    in_leaf.tmax = ray->tmax - shift;
     Hit leaf_hit = *hit;
-    double shift = move_origin(csg, &moved.o, ray->d);
     leaf_hit.t -= shift;
     leaf_hit.leaf = 0;
-    moved.tmin -= shift;
-    moved.tmax -= shift;
-    if (!leaf->identity) {
-        moved.o = affine_point(&leaf->to_leaf, moved.o);
-        moved.d = affine_vector(&leaf->to_leaf, moved.d);
-    }
-    leaf->prim->ops->surface(leaf->prim, &moved, &leaf_hit, surface);
+    leaf->prim->ops->surface(leaf->prim, &in_leaf, &leaf_hit, surface);
+    surface->p_err = vec3_add(surface->p_err, moved_by);
     if (!leaf->identity) {
         surface->p_err = affine_point_error(&leaf->to_csg, surface->p, surface->p_err);
         surface->p = affine_point(&leaf->to_csg, surface->p);

@@ -19,7 +19,8 @@ typedef struct {
 } CsgToken;
 
 /* NULL and *err without memory or if a leaf's matrix can't be inverted (*bad is then the index of its token).
- * Leaves are numbered in the order of the tokens; Hit.leaf and Edge.leaf are these numbers. */
+ * Leaves are numbered in the order of the tokens; Hit.leaf and Edge.leaf are these numbers. A leaf that is a CSG
+ * primitive itself counts as all of its own leaves, whose primitives must outlive the new one, too. */
 Prim *csg_create(const CsgToken *tokens, size_t count, size_t *bad, Err *err);
 
 /* Which leaf's material a leaf's surface shows: itself, or, for what a difference carves away, the first leaf of the
