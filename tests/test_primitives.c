@@ -107,10 +107,10 @@ typedef struct Row {
     const char *name;
     Prim *(*make)(void);
     bool convex;
-    double ulps;                                                /* of t, where the oracle's margin is wide */
-    void (*truth)(const struct Row *, const Ray *, Truth *);    /* NULL: none is known */
-    Quad (*distance)(const struct Row *, const Surface *, uint32_t part);  /* to the surface, per unit of slope; NULL: none */
-    double minor;                                               /* of a torus */
+    double ulps;      /* how far t may be from the truth */
+    void (*truth)(const struct Row *, const Ray *, Truth *);                 /* NULL: none is known */
+    Quad (*distance)(const struct Row *, const Surface *, uint32_t part);    /* of p from the surface; NULL: none */
+    double minor;     /* of a torus */
 } Row;
 
 /* Roots of a r^2 + 2 b r + c as an interval; false if there are none. */

@@ -26,12 +26,12 @@ int poly_quadratic(double a, double b, double c, PolyRoot root[2])
         return 1;
     }
     /* x = 2^k y brings a and c to the order of 1, c 2^j with j 0 or 1 */
-    int ea = ilogb(a), eb = b == 0 ? 0 : ilogb(b), ec = c == 0 ? ea : ilogb(c);
+    int ea = ilogb(a), eb = b == 0 ? 0 : ilogb(b), ec = c == 0 ? 0 : ilogb(c);
     int k = (ec - ea) >= 0 ? (ec - ea) / 2 : -((ea - ec + 1) / 2), j = ec - ea - 2 * k;
-    double sa = ldexp(a, -ea), sc = ldexp(c, j - ec);
+    double sa = ldexp(a, -ea), sc = c == 0 ? 0 : ldexp(c, j - ec);
     int eb_scaled = eb - ea - k;   /* the exponent of b 2^k in units of a 2^2k */
-    if (b != 0 && eb_scaled > 120) {
-        /* b^2 exceeds a c by 2^238: the roots are -b / a and -c / b to far beyond a double */
+    if (b != 0 && (c == 0 || eb_scaled > 120)) {
+        /* b^2 exceeds a c by 2^238 at least: the roots are -b / a and -c / b to far beyond a double */
         double sb = ldexp(b, -eb);
         PolyRoot big = quotient_root((Dd){-sb, 0}, (Dd){sa, 0}, eb - ea);
         PolyRoot small = c == 0 ? (PolyRoot){0, 0, 0}
@@ -50,7 +50,7 @@ int poly_quadratic(double a, double b, double c, PolyRoot root[2])
         first = second = (PolyRoot){0, 0, 0};
     } else {
         first = quotient_root(q, (Dd){sa, 0}, k);
-        second = c == 0 ? (PolyRoot){0, 0, 0} : quotient_root((Dd){sc, 0}, q, k);
+        second = quotient_root((Dd){sc, 0}, q, k);
     }
     bool swap = second.x < first.x || (second.x == first.x && second.lo < first.lo);
     root[0] = swap ? second : first;
@@ -209,8 +209,8 @@ static void sort_roots(double *x, int n)
         }
 }
 
-/* How far a discriminant must stay from 0, and a complex root from the real axis, coefficients being of order 1, for the
- * rounding of the coefficients and of the factors (below 2^-40) to be unable to make real roots of complex ones or the
+/* How far a discriminant must stay from 0, and a complex root from the real axis, coefficients being of order 1, for
+ * the rounding of the coefficients and of the factors (below 2^-40) to be unable to make real roots of complex ones or the
  * reverse: a double complex root moves by the square root of that. */
 #define SURE_DISC 0x1p-14
 #define SURE_IMAGINARY 0x1p-8

@@ -1,9 +1,9 @@
 /* Real roots of quadratics and quartics, right to the last place or nearly so, each with a bound on its error.
  *
  * Quartics: factored into two quadratics by way of the resolvent cubic after Orellana and De Michele, "Algorithm 1010:
- * Boosting efficiency in solving quartic equations with no compromise in accuracy", ACM TOMS 46 (2020), then polished by
- * Newton's method on the polynomial evaluated in double-double. Where roots are too close for that, they are isolated
- * between the roots of the derivatives instead, by sign alone. */
+ * Boosting efficiency in solving quartic equations with no compromise in accuracy", ACM TOMS 46 (2020), then polished
+ * by Newton's method on the polynomial evaluated in double-double. Where roots are too close for that, they are
+ * isolated between the roots of the derivatives instead, by sign alone. */
 #ifndef RT_TOOLS_POLYROOTS_H
 #define RT_TOOLS_POLYROOTS_H
 
@@ -24,7 +24,7 @@ int poly_quadratic(double a, double b, double c, PolyRoot root[2]);
  * left out or a pair close together. c[4] isn't 0. The count is right unless the polynomial comes nearer to 0 between
  * two roots than its evaluation resolves (2^-98 of its terms) or than `noise`, the uncertainty of its value that the
  * caller knows of; noise widens the bounds.
- * `critical` (NULL: not wanted) gets the roots of the derivative in ascending order, up to 3, their number *criticals. */
+ * `critical` (NULL: not wanted) gets the roots of the derivative in ascending order, up to 3, *criticals of them. */
 int poly_quartic(const Dd c[5], double noise, PolyRoot root[4], double critical[3], int *criticals);
 
 /* The same for the monic quartic x^4 + c[3] x^3 + ... + c[0] with roots of the order of 1, in double precision only and

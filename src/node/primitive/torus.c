@@ -7,8 +7,8 @@
  * lens, which belongs to the solid and has g < 0.
  *
  * Along the line, s measured from the point nearest the centre, where p.d = 0 or nearly so, g is a s^2 + 2 b s + k and
- * w is A s^2 + 2 B s + C, so the quartic has hardly a cubic term, and coefficients that are as accurate from afar as from
- * nearby. As with the quadrics there is a cheap way (double precision, one Newton step on the implicit function) and a
+ * w is A s^2 + 2 B s + C, so the quartic has hardly a cubic term, and coefficients that are as accurate from afar as
+ * from nearby. As with the quadrics there is a cheap way (double precision, one Newton step on the implicit function) and a
  * certain one (coefficients and roots in double-double). */
 #include "node/primitive/primitive.h"
 
@@ -91,7 +91,8 @@ static bool refine(const Torus *torus, const Ray *ray, const TorusGuess *g, int 
     double wd = x.hi * d.x + z.hi * d.z, slope = 4 * k.hi * (wd + y.hi * d.y) - 8 * wd, dd = vec3_dot(d, d);
     double step = -residual / slope;
     Dd sum = dd_quick_sum(t, step);
-    /* half the second derivative is at most 64 dd within the bounding sphere; the residual's rounding; the slope's, from hi alone */
+    /* half the second derivative is at most 64 dd within the bounding sphere; then the residual's rounding; then the
+     * slope's, which hi alone gave */
     double reach = 1 + fabs(o.x) + fabs(o.y) + fabs(o.z);
     double err = (64 * dd * step * step + 0x1p-66 * reach) / fabs(slope) + 0x1p-12 * fabs(step);
     *crossing = (Crossing){sum.hi, sum.lo, GAMMA(1) * fabs(sum.hi) + err, 0};
