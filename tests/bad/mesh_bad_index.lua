@@ -1,0 +1,5 @@
+-- expect 3: tests/bad/obj/bad_index.obj:4: vertex 9 of 3
+local root = gr.node('root')
+local n = gr.mesh('m', 'obj/bad_index.obj'); n:set_material(gr.material({1, 1, 1}, {0, 0, 0}, 1))
+root:add_child(n)
+gr.render(root, 'x.png', 8, 8, {0, 0, 9}, {0, 0, -1}, {0, 1, 0}, 50, {1, 1, 1}, {gr.light({1, 2, 3}, {1, 1, 1}, {1, 0, 0})})

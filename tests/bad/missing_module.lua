@@ -1,0 +1,2 @@
+-- expect 3: tests/bad/missing_module.lua:2: can't find the module 'none' as none.lua
+require('none')

@@ -1,0 +1,5 @@
+-- expect 1: tests/bad/operand_open.lua:3: mesh 'm' can't be a CSG operand: open edge from (0, 0, 0) to (1, 0, 0)
+local root = gr.node('root')
+local n = gr.union('u', gr.mesh('m', 'obj/open.obj'), gr.cube('c'))
+root:add_child(n)
+gr.render(root, 'x.png', 8, 8, {0, 0, 9}, {0, 0, -1}, {0, 1, 0}, 50, {1, 1, 1}, {gr.light({1, 2, 3}, {1, 1, 1}, {1, 0, 0})})

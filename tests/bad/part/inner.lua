@@ -1,0 +1,4 @@
+local function make()
+  return gr.sphere(), nil
+end
+make()

@@ -1,0 +1,240 @@
+#!/usr/bin/env bash
+# The command line: options, exit codes, messages, what is written where. Bad scenes are tests/bad/*.lua: their first line
+# has the exit code and all of standard error: "-- expect 1: tests/bad/x.lua:3: ...".
+cd "$(dirname "$0")/.." && . tests/support/shell.sh
+
+SCENE=$TMP/scene.lua
+cat >"$SCENE" <<'LUA'
+local root = gr.node('root')
+local ball = gr.sphere('ball')
+ball:set_material(gr.reflective_material({0.7, 0.2, 0.2}, {0.5, 0.5, 0.5}, 20, 0.3))
+root:add_child(ball)
+local floor = gr.nh_box('floor', {-5, -7, -5}, 6)
+floor:set_material(gr.material({0.2, 0.7, 0.2}, {0, 0, 0}, 1))
+root:add_child(floor)
+local light = gr.light({5, 5, 5}, {0.8, 0.8, 0.8}, {1, 0, 0})
+for i = 1, tonumber(arg[1] or 1) do
+  gr.render(root, (arg[2] or '') .. 'scene' .. i .. '.png', 64, 48, {0, 0, 5}, {0, 0, -1}, {0, 1, 0}, 50,
+            {0.3, 0.3, 0.3}, {light})
+end
+LUA
+
+# expect NAME STATUS STDERR ARGUMENTS...: runs rt; standard error must be this text, standard output empty.
+expect() {
+    local name=$1 status=$2 text=$3 got
+    shift 3
+    timeout 100 "$RT" "$@" >"$TMP/out" 2>"$TMP/err" </dev/null
+    got=$?
+    if [ $got != "$status" ]; then not_ok "$name" "status $got, not $status: $(head -n 1 "$TMP/err")"
+    elif [ "$(cat "$TMP/err")" != "$text" ]; then not_ok "$name" "'$(cat "$TMP/err")' and not '$text'"
+    elif [ -s "$TMP/out" ]; then not_ok "$name" "standard output: $(head -n 1 "$TMP/out")"
+    else ok "$name"; fi
+}
+# usage NAME TEXT ARGUMENTS...: a mistake in the command line.
+usage() { expect "$1" 2 "rt: $2; see rt --help" "${@:3}"; }
+# size FILE: width and height in a PNG's header.
+size() { od -An -tu1 -j16 -N8 "$1" | awk '{ print $3 * 256 + $4 "x" $7 * 256 + $8 }'; }
+is() { if [ "$2" = "$3" ]; then ok "$1"; else not_ok "$1" "'$2' and not '$3'"; fi; }
+no_leftovers() { is "$1" "$(find "$TMP" -name '.rt-*')" ""; }
+
+# ---- bad scenes: one line, and the old picture is left alone ----
+for scene in tests/bad/*.lua; do
+    read -r _ _ status text <"$scene"
+    echo old >"$TMP/old.png"
+    expect "$scene" "${status%:}" "$text" -q "$scene" -o "$TMP/old.png"
+    [ "$(cat "$TMP/old.png")" = old ] || not_ok "$scene" "the old picture is gone"
+done
+{ printf 'v '; head -c 100000000 /dev/zero | tr '\0' 1; } >"$TMP/line.obj"
+sed 's/missing.obj/line.obj/; s/obj\///' tests/bad/mesh_missing.lua >"$TMP/line.lua"
+timeout 100 "$RT" -q "$TMP/line.lua" -o "$TMP/old.png" >"$TMP/out" 2>"$TMP/err"
+is "100 MB of one line: status" $? 3
+is "100 MB of one line: one line" "$(wc -l <"$TMP/err") $(cut -c1-$((${#TMP} + 13)) "$TMP/err")" "1 $TMP/line.obj:1: "
+rm -f "$TMP/line.obj"
+
+# ---- the command line ----
+usage "no scene" "which scene?"
+usage "two scenes" "one scene at a time, not 'b.lua' too (words for the script stand after --)" a.lua b.lua
+usage "unknown option" "unknown option --smaples (did you mean --samples?)" --smaples 3 "$SCENE"
+usage "unknown option, nothing near" "unknown option --teapot" "$SCENE" --teapot=3
+usage "unknown letter" "unknown option -z" -z "$SCENE"
+usage "missing value" "-s needs a value" "$SCENE" -s
+usage "missing long value" "--stats needs a value" "$SCENE" --stats
+usage "needless value" "--check takes no value" --check=yes "$SCENE"
+for bad in 0 -1 1.5 9x 65537 99999999999999999999 ''; do
+    usage "samples '$bad'" "-s must be an integer from 1 to 65536, not '$bad'" "$SCENE" -s "$bad"
+done
+for bad in 0 1025 x; do usage "threads '$bad'" "-t must be an integer from 1 to 1024, not '$bad'" "$SCENE" -t "$bad"; done
+for bad in -1 1001 x; do
+    usage "depth '$bad'" "--max-depth must be an integer from 0 to 1000, not '$bad'" "$SCENE" --max-depth "$bad"
+done
+usage "seed" "--seed must be an integer from 0 to 2^64 - 1, not '18446744073709551616'" "$SCENE" --seed 18446744073709551616
+for bad in 0x0 10 10x 10x10x10 x10 -1x5; do
+    usage "size '$bad'" "--size must be WxH, at least 1x1, not '$bad'" "$SCENE" --size "$bad"
+done
+expect "size 10^6 x 10^6" 5 "rt: --size 1000000x1000000: the limits are 65535 pixels a side and 268435456 in all" \
+    "$SCENE" --size 1000000x1000000
+for bad in 1,2,3 5,0,5,9 9,0,3,9 0,0,1,1,1 a,b,c,d; do
+    usage "crop '$bad'" "--crop must be X0,Y0,X1,Y1 with X0 < X1 and Y0 < Y1, not '$bad'" "$SCENE" --crop "$bad"
+done
+usage "crop beyond the picture" "--crop reaches beyond the picture of 64 x 48" "$SCENE" --crop 0,0,65,48 -o "$TMP/x.png"
+for bad in 1,2 1,2,3,4 a,b,c 1,2,nan 1,2,1e39; do
+    usage "background '$bad'" "--background must be R,G,B, not '$bad'" "$SCENE" --background "$bad"
+done
+usage "empty output" "-o must be a file, not ''" "$SCENE" -o ''
+
+"$RT" --help >"$TMP/out" 2>"$TMP/err"
+is "help: status" $? 0
+is "help: standard error" "$(cat "$TMP/err")" ""
+is "help: fits 80 columns" "$(awk 'length > 80' "$TMP/out")" ""
+for option in -o --size --crop -s -t --max-depth --seed --legacy --background --srgb -I --check --stats -q --help --version; do
+    grep -qE -- "(^| )$option\b" "$TMP/out" || not_ok "help: $option" "is not in it"
+done
+is "version" "$("$RT" --version | grep -cE '^rt [0-9]+\.[0-9]+')" 1
+
+# ---- inputs and outputs that can't be ----
+expect "missing scene" 3 "rt: can't open $TMP/none.lua: No such file or directory" "$TMP/none.lua"
+expect "a folder as a scene" 3 "rt: can't read $TMP: Is a directory" "$TMP"
+expect "output folder missing" 4 "rt: can't write $TMP/none/x.png: No such file or directory" "$SCENE" -o "$TMP/none/x.png"
+expect "the script's output folder missing" 4 "$SCENE:10: can't write $TMP/none/scene1.png: No such file or directory" \
+    "$SCENE" -- 1 "$TMP/none/"
+expect "output is a folder" 4 "rt: can't write $TMP/: Is a directory" "$SCENE" -o "$TMP/"
+expect "disk full" 4 "rt: can't write /dev/full: No space left on device" "$SCENE" -o /dev/full
+expect "statistics folder missing" 4 "rt: can't write $TMP/none/s.json: No such file or directory" \
+    "$SCENE" --stats "$TMP/none/s.json" -o "$TMP/never.png"
+is "nothing was rendered for them" "$(ls "$TMP/never.png" 2>/dev/null)" ""
+if [ "$(id -u)" != 0 ]; then
+    mkdir -p "$TMP/locked" && chmod 500 "$TMP/locked"
+    expect "read-only folder" 4 "rt: can't write $TMP/locked/x.png: Permission denied" "$SCENE" -o "$TMP/locked/x.png"
+else
+    skip "read-only folder" "root may write anywhere"
+fi
+echo old >"$TMP/old.png"
+(ulimit -f 1; "$RT" -q "$SCENE" --size 640x480 -o "$TMP/old.png" 2>"$TMP/err")
+is "file too large: status" $? 4
+is "file too large: message" "$(cat "$TMP/err")" "rt: can't write $TMP/old.png: File too large"
+is "file too large: the old file stays" "$(cat "$TMP/old.png")" old
+no_leftovers "file too large: nothing is left behind"
+"$RT" --help >/dev/full 2>"$TMP/err"
+is "standard output full" "$? $(cat "$TMP/err")" "4 rt: can't write to standard output: No space left on device"
+echo "local t = {} while true do t[#t + 1] = {} end" >"$TMP/hungry.lua"
+if [ "$(ulimit -v)" = unlimited ] && (ulimit -v 300000; "$RT" --version) >/dev/null 2>&1; then
+    (ulimit -v 300000; timeout 60 "$RT" "$TMP/hungry.lua" 2>"$TMP/err")
+    is "memory" "$? $(cat "$TMP/err")" "5 rt: out of memory for $TMP/hungry.lua"
+else
+    skip "memory" "this build doesn't run under ulimit -v"
+fi
+
+# ---- pictures ----
+expect "quiet" 0 "" -q "$SCENE" -o "$TMP/whole.png" -t 1
+is "size of the script" "$(size "$TMP/whole.png")" 64x48
+expect "options on both sides" 0 "" -q -s 9 "$SCENE" -t 3 -o "$TMP/three.png"
+check "the same picture from any number of threads" cmp "$TMP/whole.png" "$TMP/three.png"
+expect "size" 0 "" -q "$SCENE" --size 20x10 -o "$TMP/small.png"
+is "size of the command line" "$(size "$TMP/small.png")" 20x10
+expect "crop" 0 "" -q "$SCENE" --crop 10,20,30,25 -o "$TMP/crop.png"
+is "size of a crop" "$(size "$TMP/crop.png")" 20x5
+expect "crop of all" 0 "" -q "$SCENE" --crop 0,0,64,48 -o "$TMP/all.png"
+check "a crop of all is the whole" cmp "$TMP/whole.png" "$TMP/all.png"
+for change in "--background 1,0,0" "--srgb" "--max-depth 0" "-s 4" "--seed 7"; do
+    expect "option $change" 0 "" -q "$SCENE" $change -o "$TMP/changed.png"
+    if cmp -s "$TMP/whole.png" "$TMP/changed.png"; then not_ok "$change changes the picture" "it doesn't"; else ok "$change changes the picture"; fi
+done
+expect "several renders" 0 "" -q "$SCENE" -o "$TMP/many.png" -- 3
+is "several renders: files" "$(cd "$TMP" && echo many*)" "many-2.png many-3.png many.png"
+check "several renders: the same picture" cmp "$TMP/many.png" "$TMP/many-3.png"
+expect "no extension" 0 "" -q "$SCENE" -o "$TMP/dotted.d" -- 2
+is "no extension: files" "$(cd "$TMP" && echo dotted*)" "dotted-2.d dotted.d"
+mkdir -p "$TMP/a.b" && expect "a dot in the folder" 0 "" -q "$SCENE" -o "$TMP/a.b/name" -- 2
+is "a dot in the folder: files" "$(cd "$TMP/a.b" && echo *)" "name name-2"
+expect "check" 0 "" "$SCENE" --check -o "$TMP/checked.png"
+is "check writes no picture" "$(ls "$TMP/checked.png" 2>/dev/null)" ""
+is "check finds mistakes" "$("$RT" --check tests/bad/no_material.lua 2>&1)" "$(sed -n '1s/-- expect 1: //p' tests/bad/no_material.lua)"
+program=$(realpath "$RT")
+is "the script's own file" "$(cd "$TMP" && "$program" -q scene.lua && size scene1.png)" 64x48
+
+# ---- what is printed ----
+"$RT" "$SCENE" -t 2 -o "$TMP/a.png" >"$TMP/out" 2>"$TMP/err"
+is "summary: standard output" "$(cat "$TMP/out")" ""
+is "summary" "$(sed -E 's/[0-9.]+( [kMG])? rays in [0-9.]+ s \(CPU [0-9.]+ s\)/N rays in T s (CPU T s)/' "$TMP/err")" \
+    "$TMP/a.png: 64 x 48, 9 samples, N rays in T s (CPU T s), 2 threads"
+echo "print('hello') io.write('you\n') gr.sphere('s', 1, 2)" >"$TMP/print.lua"
+"$RT" "$TMP/print.lua" >"$TMP/out" 2>"$TMP/err"
+is "the script's words" "$? $(tr '\n' ' ' <"$TMP/out")" "0 hello you "
+is "warnings" "$(cat "$TMP/err")" "$TMP/print.lua:1: warning: gr.sphere: 2 surplus arguments ignored
+rt: warning: $TMP/print.lua never calls gr.render: there is no picture"
+if command -v script >/dev/null; then
+    script -qec "$RT $SCENE --size 600x600 -s 16 -o $TMP/a.png" /dev/null >"$TMP/tty" 2>&1 </dev/null
+    is "a terminal gets a progress bar" "$(grep -c '\[#* *\] .* %' "$TMP/tty")" 1
+    is "a terminal: the bar is erased" "$(tr -d '\n' <"$TMP/tty" | sed -E 's/.*\r\x1b\[K//; s/: .*//')" "$TMP/a.png"
+    is "quiet on a terminal" "$(script -qec "$RT -q $SCENE -o $TMP/a.png" /dev/null </dev/null)" ""
+else
+    skip "progress bar" "no script(1)"
+fi
+
+# ---- statistics ----
+"$RT" -q "$SCENE" -o "$TMP/a.png" --stats "$TMP/s.json" -- 2
+is "statistics: status" $? 0
+cat >"$TMP/json.lua" <<'LUA'
+-- Reads JSON by turning it into Lua, strictly enough for what rt writes.
+local text = io.open(arg[1]):read('a')
+local lua = text:gsub('"([%w_]+)":', '["%1"]='):gsub('%[\n', '{\n'):gsub('\n  %]', '\n  }'):gsub('null', 'nil')
+local stats = assert(load('return ' .. lua))()
+assert(#stats.renders == 2)
+for _, r in ipairs(stats.renders) do
+  for _, stage in ipairs {'script', 'load', 'compile', 'bvh', 'render', 'encode'} do
+    assert(r.stages[stage].wall_s >= 0 and r.stages[stage].cpu_s >= 0, stage)
+  end
+  assert(r.rays.camera == 64 * 48 * 9 and r.rays.shadow > 0 and r.rays.mirror > 0)
+  assert(r.meshes.named == 0 and r.textures.loaded == 0 and r.nodes == 3 and r.triangles == 0)
+  assert(r.width == 64 and r.height == 48 and r.samples == 9 and r.peak_memory_bytes > 1e6)
+end
+LUA
+check "statistics: contents" lua5.4 "$TMP/json.lua" "$TMP/s.json"
+if command -v python3 >/dev/null; then check "statistics: valid JSON" python3 -m json.tool "$TMP/s.json" /dev/null; fi
+echo old >"$TMP/s.json"
+"$RT" -q tests/bad/nan.lua --stats "$TMP/s.json" 2>/dev/null
+is "statistics: a failure leaves the old ones" "$(cat "$TMP/s.json")" old
+
+# ---- scenes of the course and of the oracle ----
+mkdir -p "$TMP/lib" "$TMP/scenes"
+echo "function material() return gr.material({1, 1, 1}, {0, 0, 0}, 0) end" >"$TMP/lib/shared.lua"
+cat >"$TMP/scenes/uses.lua" <<'LUA'
+require('shared')
+local s = gr.sphere('s')
+s:set_material(material())
+gr.render(s, 'x.png', 4, 4, {0, 0, 5}, {0, 0, -1}, {0, 1, 0}, 50, {1, 1, 1}, {gr.light({0, 0, 9}, {1, 1, 1}, {1, 0, 0})})
+LUA
+expect "without -I" 3 "$TMP/scenes/uses.lua:1: can't find the module 'shared' as shared.lua" --check "$TMP/scenes/uses.lua"
+expect "-I" 0 "" --check -I "$TMP/none" -I "$TMP/lib" "$TMP/scenes/uses.lua"
+cat >"$TMP/lib/matte.lua" <<'LUA'
+local material, render = gr.material, gr.render
+gr.material = function(kd) return material(kd, {0, 0, 0}, 1) end
+gr.reflective_material = gr.material
+gr.render = function(root, file, w, h, eye, view, up, fov, ambient, lights, options)
+  options = options or {}
+  options.background = {0, 0, 0}
+  return render(root, file, w, h, eye, view, up, fov, ambient, lights, options)
+end
+dofile(arg[1])
+LUA
+expect "a script around a scene" 0 "" -q -s 1 -I "$TMP/scenes" -o "$TMP/matte.png" "$TMP/lib/matte.lua" -- uses.lua
+is "a script around a scene: picture" "$(size "$TMP/matte.png")" 4x4
+expect "a script of 2015" 0 "" --legacy --check tests/legacy/snowman.lua
+"$RT" --check tests/legacy/snowman.lua 2>"$TMP/err"
+is "a script of 2015 without --legacy" "$? $(cat "$TMP/err")" \
+    "1 tests/legacy/snowman.lua:5: attempt to call a nil value (field 'getn')"
+"$RT" -q --legacy tests/legacy/snowman.lua -o "$TMP/legacy.png" && "$RT" -q tests/legacy/snowman_today.lua -o "$TMP/today.png"
+check "post-multiplied transforms" cmp "$TMP/legacy.png" "$TMP/today.png"
+
+# ---- signals: also when this shell has been told to ignore them ----
+if env --default-signal=INT true 2>/dev/null; then
+    for signal in INT:130 TERM:143; do
+        env --default-signal timeout --preserve-status -s "${signal%:*}" 0.5 "$RT" -q "$SCENE" --size 4000x4000 -s 400 -o "$TMP/old.png"
+        is "SIG${signal%:*}" $? "${signal#*:}"
+    done
+    is "signals: the old file stays" "$(cat "$TMP/old.png")" old
+    no_leftovers "signals: nothing is left behind"
+else
+    skip signals "env can't reset them"
+fi
+finish
