@@ -13,7 +13,7 @@ export ASAN_OPTIONS=allocator_may_return_null=1:detect_stack_use_after_return=1 
 
 # job LABEL COMMAND...: runs it, counts what passed and failed, says so in one go.
 job() {
-    local label=$1 log=$logs/${1//\//-} begin=$EPOCHREALTIME status passed failed
+    local label=$1 log=$logs/${1//[\/ ]/-} begin=$EPOCHREALTIME status passed failed
     shift
     timeout -k 10 540 "$@" >$log.log 2>&1 </dev/null
     status=$?
@@ -46,7 +46,7 @@ start() {
 }
 
 # Building is a job too: what can't be built counts as failed, and the others run all the same.
-build() { job "build $1" sh -c 'make -k BUILD="$1" $2 && echo "ok built"' sh "$1" "$2"; }
+build() { job "build-$1" sh -c 'make -k BUILD="$1" $2 && echo "ok built"' sh "$1" "$2"; }
 build release tests
 build asan tests
 build tsan "all $([ -e tests/test_render.c ] && echo build/tsan/tests/test_render)"

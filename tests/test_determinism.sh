@@ -5,16 +5,17 @@ cd "$(dirname "$0")/.." && . tests/support/shell.sh
 draws() {
     local folder=$TMP/out
     rm -rf "$folder" && mkdir -p "$folder"
-    "$1" -q -t "$2" --size 128x128 -o "$folder/picture.png" "$3" >/dev/null && cat "$folder"/*.png | sha256sum
+    "$1" -q -t "$2" --size 128x128 -o "$folder/picture.png" "$3" >/dev/null || return
+    cat "$folder"/*.png | sha256sum
 }
 same() {
     local first other
     first=$(draws "$RT" 1 "$1") || { echo "it doesn't render"; return 1; }
     for threads in 2 7 16; do
-        other=$(draws "$RT" $threads "$1")
+        other=$(draws "$RT" $threads "$1") || { echo "it doesn't render with -t $threads"; return 1; }
         [ "$first" = "$other" ] || { echo "-t $threads isn't -t 1"; return 1; }
     done
-    other=$(draws build/debug/rt 2 "$1")
+    other=$(draws build/debug/rt 2 "$1") || { echo "BUILD=debug doesn't render it"; return 1; }
     [ "$first" = "$other" ] || { echo "BUILD=debug isn't BUILD=release"; return 1; }
 }
 # A script that renders nothing is a part of other scenes.
