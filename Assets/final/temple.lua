@@ -1,0 +1,33 @@
+-- The Golden Pavilion on its lake at evening: three storeys under two tiled roofs with a phoenix on top, a maple from
+-- an L-system on the left, an umbrella afloat on the right, fractal mountains behind.
+local build = require "build"
+local landscape = require "landscape"
+local pavilion = require "pavilion"
+local umbrella = require "umbrella"
+
+local scene = gr.node("scene")
+
+build.place(scene, pavilion.make(), 0, 0, 0, -26)
+scene:add_child(landscape.island())
+scene:add_child(landscape.mountains())
+scene:add_child(landscape.woods())
+scene:add_child(landscape.fallen_leaves())
+build.place(scene, landscape.islet(), -15, 0, 17, 0)
+
+-- The umbrella has fallen in upside down, and the ripples spread from it.
+local umbrella_x, umbrella_z = 6.8, 33
+local floating = umbrella.make()
+floating:rotate("z", 180)
+floating:rotate("y", 25)
+floating:rotate("z", -17)
+floating:rotate("x", 10)
+floating:scale(2, 2, 2)
+floating:translate(umbrella_x, 1.2, umbrella_z)
+scene:add_child(floating)
+scene:add_child(landscape.lake(1, 8, 1.5, 70, 0.009))
+
+local sun = gr.light({ -20, 110, 300 }, { 0.80, 0.70, 0.55 }, { 1, 0, 0 })
+local sky = gr.light({ 220, 120, 160 }, { 0.20, 0.18, 0.26 }, { 1, 0, 0 })
+
+gr.render(scene, "temple.png", 1024, 1024, { -1, 3.6, 62 }, { 0.01, 0.008, -1 }, { 0, 1, 0 }, 36,
+    { 0.34, 0.32, 0.36 }, { sun, sky })
