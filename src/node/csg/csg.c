@@ -58,7 +58,7 @@ typedef struct {
     uint32_t shown;
     Affine to_csg;
     Box bounds;          /* leaf space */
-    Vec3 skin;           /* CSG space: how far faces that count as one may lie apart */
+    Vec3 skin;           /* CSG space: how far its matrix may be off, and more */
 } Leaf;
 
 /* On if at least `threshold` of its operands are: 1 makes it an OR, their number an AND. */
@@ -93,7 +93,6 @@ typedef struct {
     Box bounds;
     Vec3 centre;
     double reach;
-    Vec3 skin;           /* the greatest of the leaves */
 } Csg;
 
 static const PrimOps OPS;
@@ -591,9 +590,8 @@ static void csg_surface(const Prim *prim, const Ray *ray, const Hit *hit, Surfac
         surface->n = vec3_neg(surface->n);
         surface->ns = vec3_neg(surface->ns);
     }
-    /* A face that counts as one with this may lie above it; a ray that leaves must start beyond both. Moving the
-     * origin and back has cost a rounding of t. */
-    surface->p_err = vec3_add(surface->p_err, csg->skin);
+    /* A face that counts as one with this may lie above the point; that is no matter: also for a ray that leaves from
+     * here the two are one crossing, at this leaf's t. But moving the origin and back has cost a rounding of t. */
     if (shift != 0) surface->p_err = vec3_at(surface->p_err, GAMMA(2) * fabs(hit->t), vec3_abs(ray->d));
 }
 
@@ -839,10 +837,6 @@ static bool build(Csg *csg, const CsgToken *tokens, size_t count, size_t *bad, E
         csg->reach = box_reach(csg->bounds);
         csg->centre = box_is_empty(csg->bounds) ? vec3_make(0, 0, 0) : box_middle(csg->bounds);
         build_down(csg, work, gate_is_and);
-        for (uint32_t i = 0; i < csg->leaf_count; i++) {
-            Vec3 s = csg->leaf[i].skin;
-            csg->skin = vec3_make(fmax(csg->skin.x, s.x), fmax(csg->skin.y, s.y), fmax(csg->skin.z, s.z));
-        }
         ok = build_hierarchy(csg, work);
         if (!ok) err_memory(err, "constructive solid geometry");
     }
