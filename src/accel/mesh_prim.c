@@ -4,7 +4,10 @@
  * rounding), and a sign that is exactly zero is settled as if the ray were moved by an infinitesimal (e, e^2), as in
  * Edelsbrunner, Muecke, "Simulation of simplicity" (1990). A sheared vertex depends on the ray and the vertex only, so
  * a ray that meets a closed mesh at an edge or a vertex crosses exactly one of the triangles there on each way through:
- * no leaks, no double hits, and parity is exact, as CSG needs. */
+ * no leaks, no double hits, and parity is exact, as CSG needs.
+ *
+ * Before it, four triangles at a time pass a filter in float, Moeller, Trumbore, "Fast, minimum storage ray/triangle
+ * intersection" (1997), with margins for its rounding: it may let through what misses, never stop what hits. */
 #include "accel/mesh_prim.h"
 
 #include <stdlib.h>
@@ -12,10 +15,26 @@
 #include "accel/traverse.h"
 #include "common/numeric.h"
 
-enum { MAX_LEAF = 4 };
+/* A leaf is one block. */
+enum { BLOCK = 4 };
 
-/* Testing a triangle in double against testing eight boxes in float. */
-#define TRIANGLE_COST 0.6f
+/* Filtering a triangle against testing eight boxes. */
+#define TRIANGLE_COST 0.25f
+
+/* The filter's margin: each of its determinants is a sum of six products of three factors that carry up to three
+ * roundings of 2^-24 each, and takes eight more on the way; the direction's components are below 2: 2 x 6 x (9 + 8)
+ * of them, rounded up to a power of two. */
+#define FILTER_MARGIN (256 * 0x1p-24f)
+
+/* What underflow may add to a determinant. */
+#define FILTER_UNDERFLOW 0x1p-120f
+
+typedef struct {
+    _Alignas(64) float v[3][BLOCK];     /* first vertices */
+    float e1[3][BLOCK], e2[3][BLOCK];   /* edges to the second and third */
+    float edge;                         /* the longest component of any edge */
+    uint32_t triangle[BLOCK];
+} Block;
 
 typedef struct { const Mesh *mesh; uint32_t first; Affine to_object; } Source;  /* first: of its triangles in the set */
 
@@ -24,7 +43,8 @@ typedef struct {
     const Vec3 *position;
     const uint32_t (*triangle)[3];
     uint32_t triangle_count;
-    Bvh bvh;
+    Bvh bvh;                 /* leaves refer to blocks */
+    Block *block;
     Box bounds;
     Source *source;          /* in the order of their first triangle; one with the identity unless baked */
     uint32_t source_count;
@@ -105,10 +125,16 @@ static inline bool hit_triangle(const Shear *s, const Vec3 *a, const Vec3 *b, co
     return true;
 }
 
+/* What the filter needs of a ray. The direction is the slabs' one, about 1 long, and so are the units of t. */
+typedef struct { float o[3], d[3], reach; } FilterRay;
+
 typedef struct {
     const MeshPrim *mesh;
+    const Ray *ray;
     Shear shear;
+    bool sheared;            /* not before the first triangle that passes the filter */
     SlabRay slab;
+    FilterRay filter;
     float tmax_slab;
     double tmin, tmax;
     Hit hit;
@@ -117,28 +143,66 @@ typedef struct {
 
 static Walk walk_of(const MeshPrim *mesh, const Ray *ray)
 {
-    Walk w = {.mesh = mesh, .tmin = ray->tmin, .tmax = ray->tmax};
-    w.shear = shear_of(ray);
+    Walk w = {.mesh = mesh, .ray = ray, .tmin = ray->tmin, .tmax = ray->tmax};
     slab_ray_init(&w.slab, ray);
     w.tmax_slab = slab_t_up(&w.slab, ray->tmax);
+    w.filter = (FilterRay){
+        {(float)ray->o.x, (float)ray->o.y, (float)ray->o.z},
+        {(float)(ray->d.x * w.slab.scale), (float)(ray->d.y * w.slab.scale), (float)(ray->d.z * w.slab.scale)},
+        (float)(vec3_max(vec3_abs(ray->o)) + box_reach(mesh->bounds))};
     return w;
 }
 
-static inline bool test_triangle(const Walk *w, uint32_t index, double *t, double *u, double *v)
+static inline Float4 float4_abs(Float4 a) { return (Float4)((Int4)a & 0x7fffffff); }
+static inline Float4 float4_flip(Float4 a, Int4 sign) { return (Float4)((Int4)a ^ sign); }
+
+/* The triangles of the block that the ray may hit with 0 <= t <= tmax, in the slabs' units (`line`: with any t), as a
+ * mask. Comparisons say what misses, so that a NaN from an overflow lets the triangle through. */
+static inline uint32_t filter_block(const Block *b, const FilterRay *r, float tmax, bool line, uint32_t count)
 {
-    const uint32_t *k = w->mesh->triangle[index];
-    const Vec3 *p = w->mesh->position;
-    int facing;
-    return hit_triangle(&w->shear, &p[k[0]], &p[k[1]], &p[k[2]], t, u, v, &facing) && *t > w->tmin && *t <= w->tmax;
+    const Float4 *v = (const Float4 *)b->v, *e1 = (const Float4 *)b->e1, *e2 = (const Float4 *)b->e2;
+    Float4 tx = r->o[0] - v[0], ty = r->o[1] - v[1], tz = r->o[2] - v[2];
+    Float4 px = r->d[1] * e2[2] - r->d[2] * e2[1];
+    Float4 py = r->d[2] * e2[0] - r->d[0] * e2[2];
+    Float4 pz = r->d[0] * e2[1] - r->d[1] * e2[0];
+    Float4 qx = ty * e1[2] - tz * e1[1];
+    Float4 qy = tz * e1[0] - tx * e1[2];
+    Float4 qz = tx * e1[1] - ty * e1[0];
+    Float4 det = e1[0] * px + e1[1] * py + e1[2] * pz;
+    Int4 sign = (Int4)det & INT32_MIN;
+    Float4 size = float4_abs(det);
+    Float4 u = float4_flip(tx * px + ty * py + tz * pz, sign);
+    Float4 w = float4_flip(r->d[0] * qx + r->d[1] * qy + r->d[2] * qz, sign);
+    float margin = FILTER_MARGIN * r->reach * b->edge + FILTER_UNDERFLOW;
+    float area_margin = FILTER_MARGIN * b->edge * b->edge + FILTER_UNDERFLOW;
+    Int4 misses = (u < -margin) | (w < -margin) | (u + w > size + 2 * margin);
+    if (!line) {
+        Float4 t = float4_flip(e2[0] * qx + e2[1] * qy + e2[2] * qz, sign);
+        float t_margin = area_margin * (r->reach + tmax);
+        misses |= (t < -t_margin) | (t > size * tmax + t_margin);
+    }
+    misses &= size > area_margin;  /* seen edge on, its sign is not known */
+    return ~int4_mask(misses) & ((1u << count) - 1);
 }
 
-static bool nearest_leaf(void *context, uint32_t first, uint32_t count)
+static inline bool test_triangle(Walk *w, uint32_t index, double *t, double *u, double *v, int *facing)
+{
+    if (!w->sheared) w->shear = shear_of(w->ray);
+    w->sheared = true;
+    const uint32_t *k = w->mesh->triangle[index];
+    const Vec3 *p = w->mesh->position;
+    return hit_triangle(&w->shear, &p[k[0]], &p[k[1]], &p[k[2]], t, u, v, facing);
+}
+
+static bool nearest_leaf(void *context, uint32_t block, uint32_t count)
 {
     Walk *w = context;
-    for (uint32_t i = first; i < first + count; i++) {
-        uint32_t index = w->mesh->bvh.order[i];
+    const Block *b = &w->mesh->block[block];
+    for (uint32_t mask = filter_block(b, &w->filter, w->tmax_slab, false, count); mask; mask &= mask - 1) {
+        uint32_t index = b->triangle[__builtin_ctz(mask)];
         double t, u, v;
-        if (!test_triangle(w, index, &t, &u, &v)) continue;
+        int facing;
+        if (!test_triangle(w, index, &t, &u, &v, &facing) || !(t > w->tmin && t <= w->tmax)) continue;
         if (w->found && t == w->tmax && index > w->hit.part) continue;
         w->hit = (Hit){.t = t, .u = u, .v = v, .part = index};
         w->found = true;
@@ -174,12 +238,14 @@ static bool mesh_intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *
     return true;
 }
 
-static bool any_leaf(void *context, uint32_t first, uint32_t count)
+static bool any_leaf(void *context, uint32_t block, uint32_t count)
 {
     Walk *w = context;
-    for (uint32_t i = first; i < first + count; i++) {
+    const Block *b = &w->mesh->block[block];
+    for (uint32_t mask = filter_block(b, &w->filter, w->tmax_slab, false, count); mask; mask &= mask - 1) {
         double t, u, v;
-        if (test_triangle(w, w->mesh->bvh.order[i], &t, &u, &v)) {
+        int facing;
+        if (test_triangle(w, b->triangle[__builtin_ctz(mask)], &t, &u, &v, &facing) && t > w->tmin && t <= w->tmax) {
             w->found = true;
             return false;
         }
@@ -201,7 +267,6 @@ typedef struct { Edge edge; bool entering; } Crossing;
 
 typedef struct {
     Walk walk;
-    const Ray *ray;
     Crossing *crossing;
     uint32_t count, capacity;
     Scratch *scratch;
@@ -225,16 +290,17 @@ static double t_bound(const Ray *ray, const Vec3 *a, const Vec3 *b, const Vec3 *
     return across > 0 ? off / across : INFINITY;
 }
 
-static bool line_leaf(void *context, uint32_t first, uint32_t count)
+static bool line_leaf(void *context, uint32_t block, uint32_t count)
 {
     LineWalk *w = context;
-    for (uint32_t i = first; i < first + count; i++) {
-        uint32_t index = w->walk.mesh->bvh.order[i];
+    const Block *b = &w->walk.mesh->block[block];
+    for (uint32_t mask = filter_block(b, &w->walk.filter, INFINITY, true, count); mask; mask &= mask - 1) {
+        uint32_t index = b->triangle[__builtin_ctz(mask)];
         const uint32_t *k = w->walk.mesh->triangle[index];
         const Vec3 *p = w->walk.mesh->position;
         double t, u, v;
         int facing;
-        if (!hit_triangle(&w->walk.shear, &p[k[0]], &p[k[1]], &p[k[2]], &t, &u, &v, &facing)) continue;
+        if (!test_triangle(&w->walk, index, &t, &u, &v, &facing)) continue;
         if (w->count == w->capacity) {
             uint32_t capacity = w->capacity ? 2 * w->capacity : 16;
             Crossing *c = arena_alloc(w->scratch->arena, capacity * sizeof *c);
@@ -247,7 +313,7 @@ static bool line_leaf(void *context, uint32_t first, uint32_t count)
             w->capacity = capacity;
         }
         Vec3 n = triangle_normal(&p[k[0]], &p[k[1]], &p[k[2]]);
-        double err = t_bound(w->ray, &p[k[0]], &p[k[1]], &p[k[2]], n);
+        double err = t_bound(w->walk.ray, &p[k[0]], &p[k[1]], &p[k[2]], n);
         bool entering = (w->walk.shear.sz > 0) == (facing > 0);
         w->crossing[w->count++] = (Crossing){{.t = t, .t_err = err, .n = n, .u = u, .v = v, .part = index}, entering};
     }
@@ -276,7 +342,7 @@ static bool mesh_segments(const Prim *prim, const Ray *ray, SegList *list)
     double back = 4 * reach / step;
     Ray whole = *ray;
     whole.o = vec3_at(ray->o, -back, ray->d);
-    LineWalk w = {.walk = walk_of(mesh, ray), .ray = ray, .scratch = list->scratch};
+    LineWalk w = {.walk = walk_of(mesh, ray), .scratch = list->scratch};
     slab_ray_init(&w.walk.slab, &whole);
     /* whole.o is off the line by a rounding of its coordinates, about that of its float form; the boxes allow for more */
     for (int a = 0; a < 3; a++) {
@@ -359,6 +425,7 @@ static void mesh_prim_destroy(Prim *prim)
 {
     MeshPrim *mesh = (MeshPrim *)prim;
     bvh_free(&mesh->bvh);
+    free(mesh->block);
     free(mesh->source);
     free(mesh->own_position);
     free(mesh->own_triangle);
@@ -385,6 +452,45 @@ static const PrimOps closed_ops = {
     .destroy = mesh_prim_destroy,
 };
 
+static void fill_block(const MeshPrim *mesh, Block *b, const uint32_t *item, uint32_t count)
+{
+    *b = (Block){.edge = 0};
+    for (uint32_t i = 0; i < count; i++) {
+        const uint32_t *k = mesh->triangle[item[i]];
+        Vec3 v = mesh->position[k[0]], e1 = vec3_sub(mesh->position[k[1]], v), e2 = vec3_sub(mesh->position[k[2]], v);
+        for (int a = 0; a < 3; a++) {
+            b->v[a][i] = (float)vec3_get(v, a);
+            b->e1[a][i] = (float)vec3_get(e1, a);
+            b->e2[a][i] = (float)vec3_get(e2, a);
+        }
+        float longest = (float)fmax(vec3_max(vec3_abs(e1)), vec3_max(vec3_abs(e2)));
+        b->edge = fmaxf(b->edge, longest * (1 + 0x1p-23f));
+        b->triangle[i] = item[i];
+    }
+}
+
+/* One block for each leaf, which then refers to it in place of its items. */
+static bool make_blocks(MeshPrim *mesh)
+{
+    Bvh *bvh = &mesh->bvh;
+    uint32_t leaves = 0;
+    for (uint32_t i = 0; i < bvh->node_count; i++)
+        for (int k = 0; k < bvh->node[i].used; k++) leaves += bvh->node[i].count[k] > 0;
+    mesh->block = aligned_alloc(64, (leaves + (size_t)1) * sizeof *mesh->block);
+    if (!mesh->block) return false;
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < bvh->node_count; i++)
+        for (int k = 0; k < bvh->node[i].used; k++) {
+            BvhNode *node = &bvh->node[i];
+            if (node->count[k] == 0) continue;
+            fill_block(mesh, &mesh->block[n], bvh->order + node->child[k], node->count[k]);
+            node->child[k] = n++;
+        }
+    free(bvh->order);
+    bvh->order = NULL;
+    return true;
+}
+
 static bool build(MeshPrim *mesh, Err *err)
 {
     BoxF *box = malloc((mesh->triangle_count + (size_t)1) * sizeof *box);
@@ -396,9 +502,9 @@ static bool build(MeshPrim *mesh, Err *err)
         box[i] = boxf_from_box(b);
         mesh->bounds = box_union(mesh->bounds, b);
     }
-    bool ok = bvh_build(&mesh->bvh, box, mesh->triangle_count, MAX_LEAF, TRIANGLE_COST, err);
+    bool ok = bvh_build(&mesh->bvh, box, mesh->triangle_count, BLOCK, TRIANGLE_COST, err);
     free(box);
-    return ok;
+    return ok && (make_blocks(mesh) || err_memory(err, "a mesh"));
 }
 
 Prim *mesh_prim_create(const Mesh *mesh, bool closed, Err *err)
