@@ -105,7 +105,7 @@ static void forms_that_are_allowed(void **state)
         "A\ntrunk A 1 1 1",
         "A\r\ntrunk A 1 1 1\r\n\r\nA 1.0 A A\r\n",
         "\n \t\n  A  \n\ttrunk\tA 1\t1 1\n",
-        "\xef\xbb\xbf" "A\ntrunk A 1 1 1\n",
+        "\xef\xbb\xbf\101\ntrunk A 1 1 1\n",  /* \101 is A: a letter A would lengthen the \xbf */
         "A\nA 1\n",                                                /* disappears */
         "A\nA 0.0 A\n",
         "A\ntrunk A -1 1e-3 +2.5\ntrunk B 1 1 1\nleaf C 1 1 1\nleaf D 1 1 1\n",
