@@ -14,7 +14,8 @@ typedef struct Outfile Outfile;
  * through symbolic links the file at their end is written. NULL and *err (ERR_OUTPUT "can't write PATH: why"). */
 Outfile *outfile_open(const char *path, Err *err);
 
-/* Writes the temporary file, syncs and renames it, and frees. False and *err (ERR_OUTPUT); the old file is untouched then. */
+/* Writes the temporary file, syncs and renames it, and frees. False and *err (ERR_OUTPUT); the old file is untouched
+ * then. */
 bool outfile_commit(Outfile *file, const void *data, size_t size, Err *err);
 
 /* Frees without having written anything. NULL is allowed. */
