@@ -146,7 +146,8 @@ static void check_quadratic(double a, double b, double c, double *worst)
         double off = ulps_off(truth[i], root[i].x);
         bool bound = distance(truth[i], root[i].x) <= root[i].err;
         if (off > 2 || !bound)
-            print_error("a %a b %a c %a: root %d is %g, %g ulps off, bound %g\n", a, b, c, i, root[i].x, off, root[i].err);
+            print_error("a %a b %a c %a: root %d is %g, %g ulps off, bound %g\n", a, b, c, i, root[i].x, off,
+                        root[i].err);
         assert_true(off <= 2 && bound);
         *worst = fmax(*worst, off);
     }

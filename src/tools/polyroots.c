@@ -210,8 +210,8 @@ static void sort_roots(double *x, int n)
 }
 
 /* How far a discriminant must stay from 0, and a complex root from the real axis, coefficients being of order 1, for
- * the rounding of the coefficients and of the factors (below 2^-40) to be unable to make real roots of complex ones or the
- * reverse: a double complex root moves by the square root of that. */
+ * the rounding of the coefficients and of the factors (below 2^-40) to be unable to make real roots of complex ones or
+ * the reverse: a double complex root moves by the square root of that. */
 #define SURE_DISC 0x1p-14
 #define SURE_IMAGINARY 0x1p-8
 #define SURE_RESIDUAL 0x1p-40
@@ -331,8 +331,8 @@ static PolyRoot finish_root(const Dd *c, const Dd *slope_c, int degree, double x
     return (PolyRoot){sum.hi, sum.lo, err};
 }
 
-/* The sign changes in (-limit, limit), where `stop` are the roots of the derivative; a value of 0 counts as positive.
- * Gives root (NULL: not wanted) or zero. */
+/* The sign changes in (-limit, limit), where `stop` are the roots of the derivative; where the value only touches 0
+ * there is none. Gives the zeros, and (unless NULL) the roots with their bounds. */
 static int zeros_between(const Dd *c, const Dd *slope, int degree, double limit, const double *stop, int stops,
                          double noise, double *zero, PolyRoot *root)
 {
@@ -340,8 +340,8 @@ static int zeros_between(const Dd *c, const Dd *slope, int degree, double limit,
     double a = -limit;
     bool negative_a = evaluate_sign(c, degree, a) < 0;
     for (int i = 0; i <= stops; i++) {
-        double b = i < stops ? stop[i] : limit;
-        bool negative_b = evaluate_sign(c, degree, b) < 0;
+        double b = i < stops ? stop[i] : limit, y = evaluate_sign(c, degree, b);
+        bool negative_b = y == 0 ? negative_a : y < 0;
         if (negative_a != negative_b) {
             double x = bracketed_zero(c, slope, degree, a, b, negative_a);
             if (root) root[n] = finish_root(c, slope, degree, x, a, b, negative_a, noise);

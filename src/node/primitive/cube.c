@@ -17,7 +17,7 @@ static bool axis_slab(double o, double d, double *in, double *out)
     double low = -o / d, high = (1 - o) / d;
     *in = low < high ? low : high;
     *out = low < high ? high : low;
-    return true;
+    return *in <= *out;   /* false if any of them is not a number */
 }
 
 static bool guess(const Ray *ray, Guess *g)

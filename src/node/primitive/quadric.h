@@ -82,9 +82,9 @@ typedef struct { double hi, lo; } Split;
 static inline Split split_component(double o, double d, double t_hi, double t_lo)
 {
     double c = 0x8000001p0 * d, d_hi = c - (c - d), d_lo = d - d_hi;
-    Dd s = dd_sum(o, t_hi * d_hi);
-    double hi = (s.hi + 0x1.8p28) - 0x1.8p28;
-    return (Split){hi, (s.hi - hi) + (s.lo + (t_hi * d_lo + t_lo * d))};
+    Dd s = dd_sum(o, t_hi * d_hi), p = dd_sum(s.hi, s.lo + (t_hi * d_lo + t_lo * d));
+    double hi = (p.hi + 0x1.8p28) - 0x1.8p28;
+    return (Split){hi, (p.hi - hi) + p.lo};
 }
 
 /* One Newton step for s.x x^2 + s.y y^2 + s.z z^2 + k from t, the residual being exact to about 2^-74. For a t of

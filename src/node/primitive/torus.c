@@ -8,8 +8,8 @@
  *
  * Along the line, s measured from the point nearest the centre, where p.d = 0 or nearly so, g is a s^2 + 2 b s + k and
  * w is A s^2 + 2 B s + C, so the quartic has hardly a cubic term, and coefficients that are as accurate from afar as
- * from nearby. As with the quadrics there is a cheap way (double precision, one Newton step on the implicit function) and a
- * certain one (coefficients and roots in double-double). */
+ * from nearby. As with the quadrics there is a cheap way (double precision, one Newton step on the implicit function)
+ * and a certain one (coefficients and roots in double-double). */
 #include "node/primitive/primitive.h"
 
 #include <stdlib.h>
