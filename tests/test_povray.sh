@@ -8,16 +8,18 @@ for needed in "$oracle/gr2pov.lua" "$(command -v povray)" "$(command -v lua5.4)"
 done
 root=$PWD size=512
 
-# agrees SCENE NAME: the scene's folder is the working directory of both, for its meshes.
+# agrees SCENE NAME: the scene's folder is the working directory of both, for its meshes; plain Lua is told where else
+# the scenes' modules are.
 agrees() {
     local folder file ours=$root/$TMP/$2-ours.png theirs=$root/$TMP/$2-povray
     folder=$(dirname "$1") file=$(basename "$1")
-    (cd "$folder" && lua5.4 "$root/$oracle/gr2pov.lua" "$file" "$theirs.pov" matte $size $size) || return
+    (cd "$folder" && LUA_PATH="?.lua;../final/?.lua;;" lua5.4 "$root/$oracle/gr2pov.lua" "$file" "$theirs.pov" matte $size $size) || return
     povray -D +WT2 "+I$theirs.pov" "+O$theirs.png" +W$size +H$size -A File_Gamma=1.0 >"$theirs.log" 2>&1 || { tail -n 1 "$theirs.log"; return 1; }
     (cd "$folder" && "$(realpath "$root/$RT")" -q -I . -o "$ours" -s 1 --size ${size}x$size "$root/$oracle/matte.lua" -- "$file") || return
     build/release/tests/tools/pngdiff --tolerance 3 --share 0.5 --edges 2 "$ours" "$theirs.png"
 }
-for scene in tests/golden/{prim_sphere,prim_cube,prim_cylinder,prim_cone,prim_torus,prim_torus_spindle,mesh_flat,mesh_table}.lua \
+for scene in Assets/{csg/csg_simple,csg/csg_complex,umbrella/umbrella,primitives/primitives}.lua \
+    tests/golden/{prim_sphere,prim_cube,prim_cylinder,prim_cone,prim_torus,prim_torus_spindle,mesh_flat,mesh_table}.lua \
     tests/golden/{csg_union,csg_diff,csg_intersect,csg_nested,csg_mesh,hierarchy,camera}.lua; do
     check "povray $(basename "$scene" .lua)" agrees "$scene" "$(basename "$scene" .lua)"
 done

@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
-# Wall seconds of whole runs (script to PNG): each scene of Assets at 512 x 512 with 9 samples, the best of three.
+# Wall seconds of whole runs (script to PNG), the best of three: each scene of Assets that has its picture beside it, at
+# 512 x 512 with 9 samples.
 # tests/bench/run.sh [SCENE...]
 cd "$(dirname "$0")/../.." || exit 1
 RT=${RT:-./rt}
 out=build/bench
 mkdir -p $out
 scenes=("$@")
-[ $# -gt 0 ] || mapfile -t scenes < <(find Assets -name '*.lua' | sort | xargs grep -lE 'gr\.render|:render')
+[ $# -gt 0 ] || mapfile -t scenes < <(for scene in Assets/*/*.lua; do [ ! -e "${scene%.lua}.png" ] || echo "$scene"; done)
 
 printf '%-44s %10s\n' "scene" "seconds"
 for scene in "${scenes[@]}"; do
