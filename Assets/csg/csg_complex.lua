@@ -1,15 +1,17 @@
--- Combinations of a cone, a sphere and a leaning cylinder. The columns combine cone and sphere: intersection, union,
--- sphere without cone, cone without sphere, and what is in just one of them. The rows combine that with the cylinder:
--- alone, united, intersected, without the cylinder, and the cylinder without it.
+-- Combinations of cones, a sphere and a leaning cylinder. The columns combine cone and sphere: intersection, union,
+-- sphere without cone, cone without sphere, and a double cone within the sphere. The rows combine that with the
+-- cylinder: alone, united, intersected, without the cylinder, and the cylinder without it.
 local orange = gr.material({ 0.92, 0.50, 0.12 }, { 0.35, 0.35, 0.30 }, 25)
 local ivory = gr.material({ 0.82, 0.78, 0.84 }, { 0.40, 0.40, 0.40 }, 30)
 local rose = gr.material({ 0.82, 0.18, 0.55 }, { 0.40, 0.40, 0.40 }, 30)
 
-local function cone()
+-- Its apex up if it is turned by 0, or nearer the middle and turned over by 180.
+local function cone(turn)
     local node = gr.cone("cone")
     node:set_material(orange)
     node:scale(1.05, 1.25, 1.05)
-    node:translate(0, 0.35, 0)
+    node:translate(0, turn and 0.12 or 0.35, 0)
+    node:rotate("x", turn or 0)
     return node
 end
 
@@ -33,9 +35,7 @@ local columns = {
     function() return gr.union("either", cone(), sphere()) end,
     function() return gr.diff("sphere without cone", sphere(), cone()) end,
     function() return gr.diff("cone without sphere", cone(), sphere()) end,
-    function()
-        return gr.diff("just one", gr.union("either", cone(), sphere()), gr.intersect("both", cone(), sphere()))
-    end,
+    function() return gr.intersect("hourglass", gr.union("double cone", cone(0), cone(180)), sphere()) end,
 }
 
 local rows = {

@@ -50,8 +50,8 @@ function build.place(parent, node, x, y, z, turn)
     return instance
 end
 
--- Calls make(turn, length, out) for the four sides of a rectangle of half-widths x and z, where `turn` takes the front (+z)
--- to that side; `length` is half the side's length and `out` its distance from the middle.
+-- Calls make(turn, half, out) for the four sides of a rectangle of half-widths x and z: turning by `turn` about y takes
+-- the front (+z) to that side, `half` is half the side's length and `out` its distance from the middle.
 function build.four_sides(x, z, make)
     make(0, x, z)
     make(90, z, x)

@@ -20,6 +20,13 @@ local function terrace(size, slab_material, edge_material)
     })
 end
 
+-- Its railing; open: the turns of sides without one.
+local function terrace_railing(size, rail_material, cap_material, open)
+    local inset = 0.11
+    local x, z = size.x + size.terrace - inset, size.z + size.terrace - inset
+    return railing.around(x, z, rail_material, cap_material, open or {})
+end
+
 -- Beams (nageshi) that run round the walls at height y.
 local function beam(group, size, y, thickness, beam_material)
     local reach = 0.1
@@ -52,23 +59,28 @@ local function walls(size, post_material, bay)
     return group
 end
 
--- Makes each kind of node once for each width.
-local function memo(make)
+-- A kind of bay: panels over each other, `rows` from the bottom. The function that it returns gives the bay of a
+-- certain width, made once. Of a row: y, height, frame, infill, fields and bar as for panel.framed; wings: so many
+-- panels side by side; or `make`, a function that makes something else of the bay's width.
+local function bay_kind(rows)
     local made = {}
+    local function make(width)
+        local group = gr.node("bay")
+        for _, row in ipairs(rows) do
+            local wings = row.wings or 1
+            local part = row.make and row.make(width)
+                or panel.framed(width / wings, row.height, row.frame, row.infill, row.fields, row.bar)
+            for wing = 0, wings - 1 do
+                build.place(group, part, wing * width / wings, row.y, 0)
+            end
+        end
+        return group
+    end
     return function(width)
         local key = ("%.6f"):format(width)
         made[key] = made[key] or make(width)
         return made[key]
     end
-end
-
--- Stacks nodes: {node, y} pairs.
-local function stack(parts)
-    local group = gr.node("bay")
-    for _, part in ipairs(parts) do
-        build.place(group, part[1], 0, part[2], 0)
-    end
-    return group
 end
 
 -- Bracket blocks on the posts, which carry the eaves.
@@ -112,82 +124,76 @@ end
 -- First storey: plain wood, paper screens and white plaster. Its front is an open veranda behind four pillars.
 function floor.first()
     local size = floor.lower
+    local wood, dark = material.wood, material.dark_wood
+    local transom = { y = 2.25, height = 0.55, frame = wood, infill = material.plaster, fields = { 2, 1 } }
+    local screened = bay_kind {
+        { y = 0.1, height = 0.85, frame = wood, infill = dark, fields = { 10, 5 } },
+        { y = 0.95, height = 1.2, frame = wood, infill = material.paper, fields = { 5, 4 } },
+        transom,
+    }
+    local boarded = bay_kind { { y = 0.1, height = 2.05, frame = wood, infill = dark, fields = { 4, 1 } }, transom }
     local group = gr.node("first storey")
-    local lattice = memo(function(w) return panel.framed(w, 0.85, material.wood, material.dark_wood, { 10, 5 }) end)
-    local screen = memo(function(w) return panel.framed(w, 1.2, material.wood, material.paper, { 5, 4 }) end)
-    local transom = memo(function(w) return panel.framed(w, 0.55, material.wood, material.plaster, { 2, 1 }) end)
-    local boards = memo(function(w) return panel.framed(w, 2.05, material.wood, material.dark_wood, { 4, 1 }) end)
-    local screened = memo(function(w) return stack { { lattice(w), 0.1 }, { screen(w), 0.95 }, { transom(w), 2.25 } } end)
-    local boarded = memo(function(w) return stack { { boards(w), 0.1 }, { transom(w), 2.25 } } end)
-    group:add_child(terrace(size, material.wood, material.dark_wood))
-    group:add_child(walls(size, material.wood, function(turn, i, count, width)
+    group:add_child(terrace(size, wood, dark))
+    group:add_child(walls(size, wood, function(turn, i, count, width)
         local closed = turn % 180 ~= 0 and (i == 1 or i == count)
         return closed and boarded(width) or screened(width)
     end))
-    beam(group, size, -0.02, 0.12, material.wood)
-    beam(group, size, 2.12, 0.14, material.wood)
+    beam(group, size, -0.02, 0.12, wood)
+    beam(group, size, 2.12, 0.14, wood)
     group:add_child(pillars(size))
-    local rails = railing.around(size.x + size.terrace - 0.12, size.z + size.terrace - 0.12, material.wood,
-        material.dark_gold, { [0] = true })
-    group:add_child(rails)
+    group:add_child(terrace_railing(size, wood, material.dark_gold, { [0] = true }))
     return group
 end
 
--- Second storey: the same plan, covered with gold leaf.
+-- Second storey: the same plan, covered with gold leaf; doors in the middle of each side.
 function floor.second()
     local size = floor.lower
+    local gold, leaf, dark = material.gold, material.gold_leaf, material.dark_gold
+    local sill = { y = 0.1, height = 0.75, frame = dark, infill = leaf, fields = { 1, 1 } }
+    local transom = { y = 2.25, height = 0.55, frame = dark, infill = leaf, fields = { 3, 1 } }
+    local shuttered = bay_kind {
+        sill, { y = 0.85, height = 1.3, frame = dark, infill = gold, fields = { 8, 7 }, bar = 0.035 },
+        transom,
+    }
+    local doored = bay_kind {
+        sill, { y = 0.85, height = 1.3, frame = dark, infill = leaf, fields = { 1, 3 }, bar = 0.06, wings = 2 },
+        transom,
+    }
     local group = gr.node("second storey")
-    local sill = memo(function(w) return panel.framed(w, 0.75, material.dark_gold, material.gold_leaf, { 1, 1 }) end)
-    local shutter = memo(function(w) return panel.framed(w, 1.3, material.dark_gold, material.gold, { 8, 7 }, 0.035) end)
-    local leaf = memo(function(w)
-        local wing = panel.framed(w / 2, 1.3, material.dark_gold, material.gold_leaf, { 1, 3 }, 0.06)
-        local door = gr.node("door")
-        build.place(door, wing, 0, 0, 0)
-        build.place(door, wing, w / 2, 0, 0)
-        return door
-    end)
-    local transom = memo(function(w) return panel.framed(w, 0.55, material.dark_gold, material.gold_leaf, { 3, 1 }) end)
-    local shuttered = memo(function(w) return stack { { sill(w), 0.1 }, { shutter(w), 0.85 }, { transom(w), 2.25 } } end)
-    local doored = memo(function(w) return stack { { sill(w), 0.1 }, { leaf(w), 0.85 }, { transom(w), 2.25 } } end)
-    group:add_child(terrace(size, material.gold, material.dark_gold))
-    group:add_child(walls(size, material.gold, function(_, i, count, width)
+    group:add_child(terrace(size, gold, dark))
+    group:add_child(walls(size, gold, function(_, i, count, width)
         local middle = math.abs(i - (count + 1) / 2) < 1
         return middle and doored(width) or shuttered(width)
     end))
-    beam(group, size, -0.02, 0.12, material.gold)
-    beam(group, size, 2.12, 0.14, material.gold)
-    group:add_child(brackets(size, material.dark_gold))
-    group:add_child(railing.around(size.x + size.terrace - 0.12, size.z + size.terrace - 0.12, material.gold,
-        material.bronze))
+    beam(group, size, -0.02, 0.12, gold)
+    beam(group, size, 2.12, 0.14, gold)
+    group:add_child(brackets(size, dark))
+    group:add_child(terrace_railing(size, gold, material.bronze))
     return group
 end
 
 -- Third storey: a square hall with a folding door between two cusped windows on each side, all in gold.
 function floor.third()
     local size = floor.upper
+    local gold, leaf, dark = material.gold, material.gold_leaf, material.dark_gold
+    local transom = { y = 1.75, height = 0.4, frame = dark, infill = leaf, fields = { 4, 1 } }
+    local function window(width)
+        return panel.cusped_window(width, 1.6, dark, gold, material.paper)
+    end
+    local windowed = bay_kind { { y = 0.1, make = window }, transom }
+    local doored = bay_kind {
+        { y = 0.1, height = 1.6, frame = dark, infill = leaf, fields = { 1, 4 }, bar = 0.06, wings = 2 },
+        transom,
+    }
     local group = gr.node("third storey")
-    local window = memo(function(w)
-        return panel.cusped_window(w, 1.6, material.dark_gold, material.gold, material.paper)
-    end)
-    local door = memo(function(w)
-        local wing = panel.framed(w / 2, 1.6, material.dark_gold, material.gold_leaf, { 1, 4 }, 0.06)
-        local group = gr.node("door")
-        build.place(group, wing, 0, 0, 0)
-        build.place(group, wing, w / 2, 0, 0)
-        return group
-    end)
-    local transom = memo(function(w) return panel.framed(w, 0.4, material.dark_gold, material.gold_leaf, { 4, 1 }) end)
-    local windowed = memo(function(w) return stack { { window(w), 0.1 }, { transom(w), 1.75 } } end)
-    local doored = memo(function(w) return stack { { door(w), 0.1 }, { transom(w), 1.75 } } end)
-    group:add_child(terrace(size, material.gold, material.dark_gold))
-    group:add_child(walls(size, material.gold, function(_, i, _, width)
+    group:add_child(terrace(size, gold, dark))
+    group:add_child(walls(size, gold, function(_, i, _, width)
         return i == 2 and doored(width) or windowed(width)
     end))
-    beam(group, size, -0.02, 0.12, material.gold)
-    beam(group, size, 1.66, 0.12, material.gold)
-    group:add_child(brackets(size, material.dark_gold))
-    group:add_child(railing.around(size.x + size.terrace - 0.1, size.z + size.terrace - 0.1, material.gold,
-        material.bronze))
+    beam(group, size, -0.02, 0.12, gold)
+    beam(group, size, 1.66, 0.12, gold)
+    group:add_child(brackets(size, dark))
+    group:add_child(terrace_railing(size, gold, material.bronze))
     return group
 end
 

@@ -131,6 +131,22 @@ function landscape.islet()
     return group
 end
 
+-- Wild geese in a wedge, the first of them at (x, y, z).
+function landscape.geese(x, y, z)
+    local group = gr.node("geese")
+    local goose = build.mesh("goose", "goose.obj", material.dark_wood)
+    for i = 0, 6 do
+        local behind = (i + 1) // 2
+        local bird = gr.node("goose")
+        bird:scale(1.4, 1 + 0.8 * math.random(), 1.4)
+        bird:rotate("y", 28)
+        bird:translate(x + 2.3 * behind, y + (i % 2 == 0 and 1.1 or -0.8) * behind, z - 2 * behind)
+        bird:add_child(goose)
+        group:add_child(bird)
+    end
+    return group
+end
+
 -- Fallen leaves afloat before the islet.
 function landscape.fallen_leaves()
     local group = gr.node("fallen leaves")

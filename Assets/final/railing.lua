@@ -39,15 +39,15 @@ local function side(half, material)
     return group
 end
 
--- Round a rectangle of half-widths x and z, standing on y = 0. open: the turns (0 front, 90 right, 180 back, 270 left)
--- of sides without railing.
+-- Round a rectangle of half-widths x and z, standing on y = 0. open: has the turns (0 front, 90 right, 180 back, 270
+-- left) of the sides without railing as keys.
 function railing.around(x, z, material, cap_material, open)
     local group = gr.node("railing")
     local post = corner_post(material, cap_material)
     local made = {}
     build.four_sides(x, z, function(turn, half, out)
         made[half] = made[half] or side(half, material)
-        if not (open and open[turn]) then
+        if not open[turn] then
             -- The rails of neighbouring sides cross at the corners: every other side stands a little higher.
             local lift = turn % 180 == 0 and 0 or 0.02
             local placed = gr.node("side")

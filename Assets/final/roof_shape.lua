@@ -1,8 +1,8 @@
 -- The curved surface of a hipped roof with upturned corners, as a function. Used both by the script that makes the
 -- meshes and by the scene that lays the tiles.
 --
--- A side is seen in its own frame: x along the eave, z outward, y up from the eave's middle. v is 0 at the eave and 1 at
--- the top, u from -1 to 1 from hip to hip.
+-- A side is seen in its own frame: x along the eave, z outward, y up from the eave's middle. v is 0 at the eave and 1
+-- at the top, u goes from -1 to 1 from hip to hip.
 local shape = {}
 shape.__index = shape
 

@@ -11,10 +11,11 @@ build.place(scene, pavilion.make(), 0, 0, 0, -26)
 scene:add_child(landscape.island())
 scene:add_child(landscape.mountains())
 scene:add_child(landscape.woods())
+scene:add_child(landscape.geese(6, 31, -50))
 scene:add_child(landscape.fallen_leaves())
 build.place(scene, landscape.islet(), -15, 0, 17, 0)
 
--- The umbrella has fallen in upside down, and the ripples spread from it.
+-- The umbrella has fallen in upside down.
 local umbrella_x, umbrella_z = 6.8, 33
 local floating = umbrella.make()
 floating:rotate("z", 180)
@@ -24,6 +25,8 @@ floating:rotate("x", 10)
 floating:scale(2, 2, 2)
 floating:translate(umbrella_x, 1.2, umbrella_z)
 scene:add_child(floating)
+
+-- Ripples spread from the temple's foot.
 scene:add_child(landscape.lake(1, 8, 1.5, 70, 0.009))
 
 local sun = gr.light({ -20, 110, 300 }, { 0.80, 0.70, 0.55 }, { 1, 0, 0 })

@@ -1,5 +1,5 @@
--- A Japanese oil-paper umbrella as one CSG solid: a thin bowl with a scalloped rim and a white band (the "snake's eye"),
--- ribs below it, a shaft with a tip, and a crook handle.
+-- A Japanese oil-paper umbrella as one CSG solid: a thin bowl with a scalloped rim and a white band (the "snake's
+-- eye"), struts below it, a shaft with a tip, and a crook handle.
 local material = require "materials"
 
 local umbrella = {}

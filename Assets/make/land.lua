@@ -92,8 +92,8 @@ local function leaves(tuft_path, fallen_path)
     for i = 0, 2 do
         local turn, tilt = i * 2.1 + 0.3, 0.25 + 0.2 * i
         leaf(tuft, 0.85, function(x, y)
-            local z = y * math.cos(tilt)
-            return { x * math.cos(turn) + z * math.sin(turn), y * math.sin(tilt), z * math.cos(turn) - x * math.sin(turn) }
+            local z, c, s = y * math.cos(tilt), math.cos(turn), math.sin(turn)
+            return { x * c + z * s, y * math.sin(tilt), z * c - x * s }
         end)
     end
     tuft:write(tuft_path)
@@ -140,11 +140,35 @@ local function crown(path)
     mesh:write(path)
 end
 
+-- A wild goose in flight, a unit long, its head to -x, its wings 2 wide and raised.
+local function goose(path)
+    local mesh = obj.new("goose, made by make/land.lua")
+    local function both(...)
+        local left, right = {}, {}
+        for i, p in ipairs { ... } do
+            left[i], right[select("#", ...) + 1 - i] = { p }, { { p[1], p[2], -p[3] } }
+        end
+        mesh:face(table.unpack(left))
+        mesh:face(table.unpack(right))
+    end
+    local beak, neck, tail = { -0.62, 0.02, 0 }, { -0.25, 0.03, 0 }, { 0.45, 0, 0 }
+    both(beak, { -0.25, 0.0, 0.05 }, neck)
+    both(beak, { -0.25, -0.04, 0 }, { -0.25, 0.0, 0.05 })
+    both(neck, { -0.25, 0.0, 0.05 }, { 0.0, -0.02, 0.1 }, { 0.0, 0.07, 0 })
+    both({ -0.25, 0.0, 0.05 }, { -0.25, -0.04, 0 }, { 0.0, -0.1, 0 }, { 0.0, -0.02, 0.1 })
+    both({ 0.0, 0.07, 0 }, { 0.0, -0.02, 0.1 }, tail)
+    both({ 0.0, -0.02, 0.1 }, { 0.0, -0.1, 0 }, tail)
+    both({ -0.14, 0.04, 0.05 }, { 0.16, 0.04, 0.05 }, { 0.1, 0.3, 0.5 }, { -0.16, 0.32, 0.48 })
+    both({ -0.16, 0.32, 0.48 }, { 0.1, 0.3, 0.5 }, { 0.16, 0.28, 1.02 })
+    mesh:write(path)
+end
+
 local final = here .. "../final/"
 island(final .. "island.obj", { 6, -12 }, { 24, 13 }, 0.9, 44, 101)
 island(final .. "islet.obj", { 0, 0 }, { 5.2, 3.4 }, 0.7, 30, 131)
 base(final .. "base.obj", 6.75, 5.45, 0.62, -0.7, 0.3)
 lake(final .. "lake.obj")
 leaves(final .. "leaves.obj", final .. "fallen_leaf.obj")
+goose(final .. "goose.obj")
 conifer(final .. "conifer.obj")
 crown(final .. "crown.obj")

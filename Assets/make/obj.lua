@@ -54,7 +54,8 @@ function obj:face(...)
     end
 end
 
--- A grid of corners, corner(i, j) for 0 <= i <= nx and 0 <= j <= ny, seen from outside with i to the right and j upwards.
+-- A grid of faces between the corners corner_at(i, j), 0 <= i <= nx and 0 <= j <= ny, seen from outside with i to the
+-- right and j upwards.
 function obj:grid(nx, ny, corner_at)
     for j = 0, ny - 1 do
         for i = 0, nx - 1 do

@@ -38,7 +38,8 @@ end
 local function tube(mesh, rows, flat, around, steps)
     local function ring(j)
         local t = 1 + (#rows - 1) * j / steps
-        local p, before, after = spline(rows, t), spline(rows, math.max(1, t - 0.01)), spline(rows, math.min(#rows, t + 0.01))
+        local p = spline(rows, t)
+        local before, after = spline(rows, math.max(1, t - 0.01)), spline(rows, math.min(#rows, t + 0.01))
         local ahead = normalised(add(after, before, -1))
         local thin = normalised(add(flat, ahead, -dot(flat, ahead)))
         return p, cross(thin, ahead), thin
@@ -69,7 +70,8 @@ local function head(mesh)
         local back = -0.10 * k
         tube(mesh, {
             { 0, 1.45, 0.36 + 0.4 * back, 0.03, 0.012 }, { 0, 1.58, 0.34 + back, 0.035, 0.012 },
-            { 0, 1.66 - 0.03 * k, 0.22 + 1.2 * back, 0.03, 0.012 }, { 0, 1.64 - 0.05 * k, 0.12 + 1.3 * back, 0.004, 0.004 },
+            { 0, 1.66 - 0.03 * k, 0.22 + 1.2 * back, 0.03, 0.012 },
+            { 0, 1.64 - 0.05 * k, 0.12 + 1.3 * back, 0.004, 0.004 },
         }, { 1, 0, 0 }, 6, 8)
     end
     tube(mesh, { { 0, 1.35, 0.47, 0.03, 0.012 }, { 0, 1.26, 0.48, 0.03, 0.015 }, { 0, 1.2, 0.46, 0.004, 0.004 } },
@@ -83,11 +85,15 @@ local function wing(mesh, side)
         local out, up = math.cos(rise), math.sin(rise)
         local back = -0.35 * (1 - share)
         local shoulder = { side * (0.15 + 0.1 * share), 0.76 + 0.12 * share + 0.02 * root, 0.12 - 0.22 * (1 - share) }
-        local rows = {}
+        local rows, widths = {}, { 0.5, 1, 0.9, 0.1 }
         for i, d in ipairs { 0, 0.35, 0.75, 1 } do
             local bend = 0.22 * d * d
-            rows[i] = { shoulder[1] + side * length * (d * out + 0.25 * bend * up), shoulder[2] + length * (d * up - 0.2 * bend * out),
-                shoulder[3] + length * (back * d - bend) + 0.03 * root, width * ({ 0.5, 1, 0.9, 0.1 })[i], 0.02 }
+            rows[i] = {
+                shoulder[1] + side * length * (d * out + 0.25 * bend * up),
+                shoulder[2] + length * (d * up - 0.2 * bend * out),
+                shoulder[3] + length * (back * d - bend) + 0.03 * root,
+                width * widths[i], 0.02,
+            }
         end
         tube(mesh, rows, { 0, -0.25 * out, 1 }, 6, 8)
     end
@@ -106,8 +112,10 @@ local function tail(mesh)
         local high = 1 - 0.45 * spread * spread
         tube(mesh, {
             { 0.03 * i, 0.60, -0.42, 0.04, 0.02 }, { 0.16 * spread, 0.66 + 0.05 * high, -0.72, 0.07, 0.02 },
-            { 0.36 * spread, 0.80 + 0.28 * high, -0.98, 0.10, 0.02 }, { 0.52 * spread, 0.98 + 0.60 * high, -1.05, 0.10, 0.02 },
-            { 0.60 * spread, 1.10 + 0.86 * high, -0.98, 0.07, 0.018 }, { 0.64 * spread, 1.13 + 0.98 * high, -0.84, 0.01, 0.01 },
+            { 0.36 * spread, 0.80 + 0.28 * high, -0.98, 0.10, 0.02 },
+            { 0.52 * spread, 0.98 + 0.60 * high, -1.05, 0.10, 0.02 },
+            { 0.60 * spread, 1.10 + 0.86 * high, -0.98, 0.07, 0.018 },
+            { 0.64 * spread, 1.13 + 0.98 * high, -0.84, 0.01, 0.01 },
         }, { 0.25 * spread, 0.5, 1 }, 6, 14)
     end
 end

@@ -17,7 +17,7 @@ local function to_line(x)
     return math.abs(x - math.floor(x + 0.5))
 end
 
------------------------------------------------------------------------------------------------- the temple's materials
+-- The temple's materials.
 
 -- Grain along v.
 local function wood(dark, light, seed)
@@ -80,7 +80,7 @@ local function bark(u, v)
     return mix_colour({ 0.13, 0.08, 0.06 }, { 0.5, 0.34, 0.24 }, clamp(2 * n - 0.5))
 end
 
------------------------------------------------------------------------------------------------------------ the landscape
+-- The landscape.
 
 -- A mountain seen from above, its peak in the middle: autumn woods, then bare rock.
 local function autumn_mountain(u, v)
@@ -112,7 +112,7 @@ local function lake(_, v)
     }, v)
 end
 
-------------------------------------------------------------------------------------------------------------- the gallery
+-- The gallery.
 
 -- A planet of our own, u going once round: seas, land by height, ice at the poles.
 local function planet(u, v)

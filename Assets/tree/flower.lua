@@ -11,7 +11,7 @@ local function ellipsoid(material, sx, sy, sz)
     return node
 end
 
--- Drawn for every trunk symbol, which makes it some ten times as high as wide: so the leaf must be made that much wider.
+-- Drawn for every trunk symbol, which makes it some eight times as high as wide: the leaf must be made that much wider.
 local function stem()
     local node = gr.node("stem")
     local stalk = gr.cylinder("stalk")

@@ -11,6 +11,6 @@ return function(file, depth, height)
     local sun = gr.light({ -2 * height, 3 * height, 4 * height }, { 0.80, 0.74, 0.62 }, { 1, 0, 0 })
     local sky = gr.light({ 4 * height, height, 2 * height }, { 0.20, 0.22, 0.30 }, { 1, 0, 0 })
 
-    gr.render(tree, file, 512, 512, { 0, height / 2, 2.6 * height }, { 0, 0, -1 }, { 0, 1, 0 }, 26, { 0.25, 0.26, 0.28 },
-        { sun, sky })
+    gr.render(tree, file, 512, 512, { 0, height / 2, 2.6 * height }, { 0, 0, -1 }, { 0, 1, 0 }, 26,
+        { 0.25, 0.26, 0.28 }, { sun, sky })
 end
