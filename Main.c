@@ -6,6 +6,7 @@
 #include <inttypes.h>
 #include <math.h>
 #include <signal.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -98,7 +99,8 @@ static bool set_size(CommandLine *line, const char *value, Err *err)
     uint32_t size[2];
     if (!parse_integers(value, 'x', 1, UINT32_MAX, 2, size)) return bad_value("--size", value, "WxH, at least 1x1", err);
     if (size[0] > MAX_SIDE || size[1] > MAX_SIDE || (uint64_t)size[0] * size[1] > MAX_AREA)
-        return err_set(err, ERR_LIMIT, "--size %s: the limits are %u pixels a side and %u in all", value, MAX_SIDE, MAX_AREA);
+        return err_set(err, ERR_LIMIT, "--size %s: the limits are %u pixels a side and %u in all", value, MAX_SIDE,
+                       MAX_AREA);
     line->width = size[0];
     line->height = size[1];
     line->has_size = true;
@@ -170,73 +172,38 @@ static bool set_stats(CommandLine *line, const char *value, Err *err)
     return *value || bad_value("--stats", value, "a file", err);
 }
 
-static bool set_legacy(CommandLine *line, const char *value, Err *err)
-{
-    (void)value, (void)err;
-    return line->legacy = true;
-}
-
-static bool set_srgb(CommandLine *line, const char *value, Err *err)
-{
-    (void)value, (void)err;
-    return line->srgb = true;
-}
-
-static bool set_check(CommandLine *line, const char *value, Err *err)
-{
-    (void)value, (void)err;
-    return line->check = true;
-}
-
-static bool set_quiet(CommandLine *line, const char *value, Err *err)
-{
-    (void)value, (void)err;
-    return line->quiet = true;
-}
-
-static bool set_help(CommandLine *line, const char *value, Err *err)
-{
-    (void)value, (void)err;
-    return line->help = true;
-}
-
-static bool set_version(CommandLine *line, const char *value, Err *err)
-{
-    (void)value, (void)err;
-    return line->version = true;
-}
-
 static const struct {
     char letter;           /* 0: none */
     const char *name;      /* NULL: none */
     const char *argument;  /* NULL: takes none */
-    bool (*set)(CommandLine *line, const char *value, Err *err);
+    bool (*set)(CommandLine *line, const char *value, Err *err);  /* with an argument */
+    size_t flag;           /* without: offset of the bool that it sets */
     const char *help;      /* lines parted by newlines */
 } option_rows[] = {
-    {'o', "output", "FILE", set_output,
+    {'o', "output", "FILE", set_output, 0,
      "write the picture to FILE, not where the script\n"
      "says; further ones go to FILE-2, FILE-3, ..."},
-    {0, "size", "WxH", set_size, "size in pixels, instead of the script's"},
-    {0, "crop", "X0,Y0,X1,Y1", set_crop,
+    {0, "size", "WxH", set_size, 0, "size in pixels, instead of the script's"},
+    {0, "crop", "X0,Y0,X1,Y1", set_crop, 0,
      "render this part only; the origin is at the top\n"
      "left, X1 and Y1 are exclusive"},
-    {'s', "samples", "N", set_samples, "samples per pixel (9); 1 is the pixel's centre"},
-    {0, "max-depth", "N", set_max_depth, "greatest number of mirror bounces (4)"},
-    {0, "seed", "N", set_seed, "seed of the samples, never of the geometry"},
-    {0, "background", "R,G,B", set_background, "colour where nothing is hit"},
-    {0, "srgb", NULL, set_srgb, "decode textures from sRGB, encode the picture"},
-    {'t', "threads", "N", set_threads, "threads (as many as processors are allowed)"},
-    {'I', "include", "DIR", set_include,
+    {'s', "samples", "N", set_samples, 0, "samples per pixel (9); 1 is the pixel's centre"},
+    {0, "max-depth", "N", set_max_depth, 0, "greatest number of mirror bounces (4)"},
+    {0, "seed", "N", set_seed, 0, "seed of the samples, never of the geometry"},
+    {0, "background", "R,G,B", set_background, 0, "colour where nothing is hit"},
+    {0, "srgb", NULL, NULL, offsetof(CommandLine, srgb), "decode textures from sRGB, encode the picture"},
+    {'t', "threads", "N", set_threads, 0, "threads (as many as processors are allowed)"},
+    {'I', "include", "DIR", set_include, 0,
      "look for inputs there too, after the script's\n"
      "folder and the working directory; repeatable"},
-    {0, "legacy", NULL, set_legacy,
+    {0, "legacy", NULL, NULL, offsetof(CommandLine, legacy),
      "run a script of 2015 or before: post-multiplied\n"
      "transforms, names of Lua 5.1"},
-    {0, "check", NULL, set_check, "all but rendering: find what is wrong with a scene"},
-    {0, "stats", "FILE", set_stats, "write times, rays and memory to FILE, as JSON"},
-    {'q', "quiet", NULL, set_quiet, "no progress bar, no summary; warnings stay"},
-    {'h', "help", NULL, set_help, "print this help"},
-    {0, "version", NULL, set_version, "print the version"},
+    {0, "check", NULL, NULL, offsetof(CommandLine, check), "all but rendering: find what is wrong with a scene"},
+    {0, "stats", "FILE", set_stats, 0, "write times, rays and memory to FILE, as JSON"},
+    {'q', "quiet", NULL, NULL, offsetof(CommandLine, quiet), "no progress bar, no summary; warnings stay"},
+    {'h', "help", NULL, NULL, offsetof(CommandLine, help), "print this help"},
+    {0, "version", NULL, NULL, offsetof(CommandLine, version), "print the version"},
 };
 
 enum { OPTION_COUNT = sizeof option_rows / sizeof option_rows[0] };
@@ -263,7 +230,8 @@ static void make_getopt_tables(struct option *longs, char *letters)
     *letters = '\0';
 }
 
-/* getopt has refused `word`; `key` is optopt: the letter, the key of a long option that got a value it doesn't take, or 0. */
+/* getopt has refused `word`; `key` is optopt: the letter, or the key of a long option that got a value it doesn't take,
+ * or 0. */
 static bool unknown_option(const char *word, int key, Err *err)
 {
     if (strncmp(word, "--", 2) != 0) return err_set(err, ERR_USAGE, "unknown option -%c", key);
@@ -278,11 +246,14 @@ static bool unknown_option(const char *word, int key, Err *err)
     return err_set(err, ERR_USAGE, "unknown option %.*s", (int)length, word);
 }
 
+/* `key` is that of a row: getopt gives no other. */
 static bool set_option(CommandLine *line, int key, const char *value, Err *err)
 {
-    for (size_t i = 0; i < OPTION_COUNT; i++)
-        if (option_key(i) == key) return option_rows[i].set(line, value, err);
-    return err_set(err, ERR_USAGE, "unknown option");
+    size_t row = 0;
+    while (option_key(row) != key) row++;
+    if (option_rows[row].set) return option_rows[row].set(line, value, err);
+    *(bool *)((char *)line + option_rows[row].flag) = true;
+    return true;
 }
 
 static bool set_script(CommandLine *line, const char *word, Err *err)
@@ -323,7 +294,7 @@ static void print_help(void)
         char names[64], letter[8] = "    ";
         const char *argument = option_rows[i].argument;
         if (option_rows[i].letter) snprintf(letter, sizeof letter, "-%c, ", option_rows[i].letter);
-        snprintf(names, sizeof names, "%s--%s%s%s", letter, option_rows[i].name, argument ? " " : "", argument ? argument : "");
+        snprintf(names, sizeof names, "%s--%s %s", letter, option_rows[i].name, argument ? argument : "");
         const char *text = option_rows[i].help;
         for (const char *left = names; text; left = "") {
             size_t length = strcspn(text, "\n");

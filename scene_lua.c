@@ -27,6 +27,9 @@
 #include "node/primitive/primitive.h"
 #include "tools/nearest.h"
 
+/* gcc's form, which static checkers know better than _Noreturn. */
+#define NORETURN __attribute__((noreturn))
+
 /* Metatables of the userdata; messages take the name without "gr.". */
 #define NODE "gr.node"
 #define MATERIAL "gr.material"
@@ -80,7 +83,7 @@ static const char *push_where(lua_State *L)
 }
 
 /* Raises the error on top of the stack, of a kind that isn't the script's. */
-static _Noreturn void raise_kind(lua_State *L, ErrKind kind)
+static NORETURN void raise_kind(lua_State *L, ErrKind kind)
 {
     front_of(L)->raised = kind;
     lua_pushvalue(L, -1);
@@ -90,7 +93,7 @@ static _Noreturn void raise_kind(lua_State *L, ErrKind kind)
 }
 
 /* Raises an error with the script's line in front. */
-static _Noreturn void fail_kind(lua_State *L, ErrKind kind, const char *format, ...)
+static NORETURN void fail_kind(lua_State *L, ErrKind kind, const char *format, ...)
 {
     va_list args;
     va_start(args, format);
@@ -103,7 +106,7 @@ static _Noreturn void fail_kind(lua_State *L, ErrKind kind, const char *format, 
 
 #define FAIL(L, ...) fail_kind(L, ERR_SCENE, __VA_ARGS__)
 
-static _Noreturn void fail_memory(lua_State *L, const char *what)
+static NORETURN void fail_memory(lua_State *L, const char *what)
 {
     fail_kind(L, ERR_LIMIT, "out of memory for %s", what);
 }
@@ -113,12 +116,11 @@ static void warn(lua_State *L, const char *format, ...)
     va_list args;
     va_start(args, format);
     push_where(L);
-    const char *text = lua_pushvfstring(L, format, args);
+    lua_pushvfstring(L, format, args);
     va_end(args);
     lua_concat(L, 2);
-    text = lua_tostring(L, -1);
     const RenderSink *sink = front_of(L)->sink;
-    if (sink->warn) sink->warn(sink->context, text);
+    if (sink->warn) sink->warn(sink->context, lua_tostring(L, -1));
     lua_pop(L, 1);
 }
 
@@ -282,7 +284,7 @@ static const char *label(lua_State *L)
     return command->label;
 }
 
-static _Noreturn void reject(lua_State *L, int index, Item item, const char *expected)
+static NORETURN void reject(lua_State *L, int index, Item item, const char *expected)
 {
     const char *got = push_description(L, index);
     FAIL(L, "%s: %s must be %s, but is %s", label(L), push_item(L, item), expected, got);
@@ -905,7 +907,7 @@ static const struct {
 
 enum { OPTION_COUNT = sizeof option_rows / sizeof option_rows[0] };
 
-static _Noreturn void fail_unknown_option(lua_State *L, int key)
+static NORETURN void fail_unknown_option(lua_State *L, int key)
 {
     const char *names[OPTION_COUNT];
     for (size_t i = 0; i < OPTION_COUNT; i++) names[i] = option_rows[i].name;
@@ -981,7 +983,7 @@ static void get_camera(lua_State *L, RenderJob *job)
     if (!(job->fov_deg > 0 && job->fov_deg < 180)) reject(L, 8, item("fov"), "an angle between 0 and 180 degrees");
 }
 
-static _Noreturn void raise_sink_error(lua_State *L)
+static NORETURN void raise_sink_error(lua_State *L)
 {
     Front *front = front_of(L);
     lua_pushstring(L, front->sink_err.text);
@@ -1198,11 +1200,11 @@ static void push_sorted_keys(lua_State *L, int table)
 /* Pushes the least key of the table at an absolute index, or nil. */
 static void push_least_key(lua_State *L, int table)
 {
-    Key least, key;
+    Key least = {.position = 0};
     lua_pushnil(L);
     int found = lua_gettop(L);
     for (lua_pushnil(L); lua_next(L, table); lua_pop(L, 1)) {
-        key = key_at(L, -2, 0);
+        Key key = key_at(L, -2, 0);
         if (!lua_isnil(L, found) && key_compare(&least, &key) < 0) continue;
         least = key;
         lua_copy(L, -2, found);
@@ -1579,7 +1581,8 @@ static void *allocate(void *context, void *old, size_t old_size, size_t size)
         return NULL;
     }
     void *block = realloc(old, size);
-    return !block && old && size <= old_size ? old : block;
+    if (!block && old && size <= old_size) return old;
+    return block;
 }
 
 /* The error that lua_pcall ended with, its message on top of the stack. */

@@ -100,8 +100,8 @@ static void names_are_escaped(void **state)
 static void everything_asked_for_is_in_it(void **state)
 {
     (void)state;
-    const char *const keys[] = {"script", "load", "compile", "bvh", "render", "encode", "wall_s", "cpu_s", "camera", "shadow",
-                                "mirror", "meshes", "textures", "named", "loaded", "nodes", "triangles",
+    const char *const keys[] = {"script", "load", "compile", "bvh", "render", "encode", "wall_s", "cpu_s", "camera",
+                                "shadow", "mirror", "meshes", "textures", "named", "loaded", "nodes", "triangles",
                                 "peak_memory_bytes", "\"place\": \"temple.lua:9\"", "\"file\": null"};
     RenderReport r[2] = {example(), example()};
     r[1].file = NULL;

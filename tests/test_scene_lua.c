@@ -578,7 +578,8 @@ static void errors_of_lua_are_one_line_with_its_place(void **state)
     run_fails("error({})", ERR_SCENE, AT1 "the script raised an error that is no text but a table value");
     run_fails("error(setmetatable({}, {__tostring = function() return 'mine' end}))", ERR_SCENE, AT1 "mine");
     run_fails("string.rep()", ERR_SCENE, AT1 "bad argument #1 to 'rep' (string expected, got no value)");
-    run_fails("coroutine.wrap(function()\ngr.node() end)()", ERR_SCENE, SCRIPT ":2: gr.node: name must be a string, but is missing");
+    run_fails("coroutine.wrap(function()\ngr.node() end)()", ERR_SCENE,
+              SCRIPT ":2: gr.node: name must be a string, but is missing");
     run_fails("local ok, e = pcall(dofile, 'none.lua') assert(not ok) error(e, 0)", ERR_INPUT,
               AT1 "can't open none.lua: No such file or directory");
     run_fails("local ok, e = pcall(dofile, 'none.lua') assert(not ok) error('other')", ERR_SCENE, AT1 "other");

@@ -57,7 +57,7 @@ struct Report {
 static size_t utf8_length(const char *s)
 {
     const unsigned char *u = (const unsigned char *)s;
-    size_t n = u[0] < 0x80 ? 1 : u[0] >= 0xc2 && u[0] < 0xe0 ? 2 : (u[0] & 0xf0) == 0xe0 ? 3 : u[0] >= 0xf0 && u[0] < 0xf5 ? 4 : 0;
+    size_t n = u[0] < 0x80 ? 1 : u[0] < 0xc2 ? 0 : u[0] < 0xe0 ? 2 : u[0] < 0xf0 ? 3 : u[0] < 0xf5 ? 4 : 0;
     for (size_t i = 1; i < n; i++)
         if ((u[i] & 0xc0) != 0x80) return 0;
     if ((u[0] == 0xe0 && u[1] < 0xa0) || (u[0] == 0xed && u[1] >= 0xa0)) return 0;
@@ -134,7 +134,8 @@ void report_add(Report *report, const RenderReport *r)
             r->render.camera_rays, r->render.shadow_rays, r->render.mirror_rays);
     fprintf(out, "      \"samples_taken\": %" PRIu64 ",\n      \"samples_not_finite\": %" PRIu64 ",\n", r->render.samples,
             r->render.not_finite);
-    fprintf(out, "      \"meshes\": {\"named\": %" PRIu32 ", \"loaded\": %" PRIu32 "},\n", c->meshes_named, c->meshes_loaded);
+    fprintf(out, "      \"meshes\": {\"named\": %" PRIu32 ", \"loaded\": %" PRIu32 "},\n", c->meshes_named,
+            c->meshes_loaded);
     fprintf(out, "      \"textures\": {\"named\": %" PRIu32 ", \"loaded\": %" PRIu32 "},\n", c->textures_named,
             c->textures_loaded);
     fprintf(out, "      \"nodes\": %" PRIu32 ",\n      \"objects\": %" PRIu64 ",\n", c->nodes, c->objects);
