@@ -431,14 +431,6 @@ static Node *push_node(lua_State *L, NodeKind kind, const char *name)
     return *box;
 }
 
-static void destroy_mesh_source(void *thing)
-{
-    MeshSource *source = thing;
-    mesh_destroy(source->loaded);
-    texture_destroy(source->height_bands);
-    free(source);
-}
-
 /* Hands a new thing to the scene; NULL stands for one that there was no memory for. */
 static void *own(lua_State *L, void *thing, void (*destroy)(void *), const char *what)
 {
@@ -527,8 +519,8 @@ static int gr_nh_box(lua_State *L) { return push_placed(L, shared_cube(L), "size
 /* A mesh that no file has. */
 static MeshSource *new_mesh_source(lua_State *L, MeshKind kind)
 {
-    MeshSource *source = own(L, calloc(1, sizeof *source), destroy_mesh_source, "a mesh");
-    source->kind = kind;
+    MeshSource *source = scene_mesh_made(front_of(L)->scene, kind);
+    if (!source) fail_memory(L, "a mesh");
     return source;
 }
 

@@ -98,22 +98,31 @@ static void write_tile(const Worker *w, uint32_t x0, uint32_t y0, uint32_t x1, u
         }
 }
 
+/* The even bits of a number, moved together: pixels in the order of a Z curve (Morton 1966) stay near each other. */
+static uint32_t even_bits(uint32_t x)
+{
+    x &= 0x55;
+    x = (x | x >> 1) & 0x33;
+    return (x | x >> 2) & 0x0f;
+}
+
 static void render_tile(Worker *w, uint32_t tile)
 {
     const RenderSettings *s = w->job->settings;
     uint32_t x0 = s->x0 + tile % w->job->tiles_x * TILE, y0 = s->y0 + tile / w->job->tiles_x * TILE;
     uint32_t x1 = x0 + TILE < s->x1 ? x0 + TILE : s->x1, y1 = y0 + TILE < s->y1 ? y0 + TILE : s->y1;
     memset(w->film, 0, sizeof w->film);
-    for (uint32_t y = y0; y < y1; y++) {
+    for (uint32_t k = 0; k < TILE * TILE; k++) {
+        uint32_t x = x0 + even_bits(k), y = y0 + even_bits(k >> 1);
+        if (x >= x1 || y >= y1) continue;
         Rgb miss = background(s, y);
-        for (uint32_t x = x0; x < x1; x++)
-            for (uint32_t i = 0; i < s->samples; i++) {
-                Sample2 at = pixel_sample(s, x, y, i);
-                w->ray[w->count] = camera_ray(w->job->world, s, x + at.x, y + at.y);
-                w->missed[w->count] = miss;
-                w->pixel[w->count] = (uint16_t)((y - y0) * TILE + (x - x0));
-                if (++w->count == STREAM_RAYS) flush(w);
-            }
+        for (uint32_t i = 0; i < s->samples; i++) {
+            Sample2 at = pixel_sample(s, x, y, i);
+            w->ray[w->count] = camera_ray(w->job->world, s, x + at.x, y + at.y);
+            w->missed[w->count] = miss;
+            w->pixel[w->count] = (uint16_t)((y - y0) * TILE + (x - x0));
+            if (++w->count == STREAM_RAYS) flush(w);
+        }
     }
     if (w->count) flush(w);
     write_tile(w, x0, y0, x1, y1);

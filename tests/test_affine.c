@@ -94,16 +94,7 @@ static void inverses(void **state)
     }
 }
 
-static bool has_zero(const Affine *a)
-{
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            if (a->m[i][j] == 0) return true;
-    return false;
-}
-
-/* Scaling rows and columns by powers of two scales the inverse likewise, as far as doubles reach. With a zero in the
- * matrix one pass over rows and columns can't balance it, and that isn't promised. */
+/* Scaling rows and columns by powers of two scales the inverse likewise, bit by bit, as far as doubles reach. */
 static void inverses_lose_nothing_by_scale(void **state)
 {
     (void)state;
@@ -111,7 +102,6 @@ static void inverses_lose_nothing_by_scale(void **state)
     for (int i = 0; i < 2000; i++) {
         Affine a = random_affine(&rng, 2), b, big, inverse;
         for (int k = 0; k < 3; k++) a.m[k][3] = 0;
-        if (has_zero(&a)) continue;
         assert_true(affine_inverse(&a, &b));
         int row[3], column[3];
         for (int k = 0; k < 3; k++) {

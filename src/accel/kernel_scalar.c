@@ -1,9 +1,9 @@
 /* The reference kernel: one ray at a time through the tree of objects, in plain C. */
-#include "accel/accel.h"
+#include "accel/kernel.h"
 #include "accel/traverse.h"
 #include "scene/world.h"
 
-static Ray ray_to_object(const Object *object, const Ray *ray)
+Ray ray_to_object(const Object *object, const Ray *ray)
 {
     if (object->in_world) return *ray;
     return (Ray){affine_point(&object->to_object, ray->o), affine_vector(&object->to_object, ray->d), ray->tmin,
@@ -38,7 +38,7 @@ static bool nearest_leaf(void *context, uint32_t first, uint32_t count)
     return true;
 }
 
-void world_intersect(const World *world, const Ray *rays, Hit *hits, size_t n, Scratch *scratch)
+static void intersect(const World *world, const Ray *rays, Hit *hits, size_t n, Scratch *scratch)
 {
     for (size_t i = 0; i < n; i++) {
         Walk w = {.world = world, .ray = &rays[i], .scratch = scratch};
@@ -69,7 +69,7 @@ static bool blocking_leaf(void *context, uint32_t first, uint32_t count)
     return true;
 }
 
-void world_occluded(const World *world, const Ray *rays, bool *blocked, size_t n, Scratch *scratch)
+static void occluded(const World *world, const Ray *rays, bool *blocked, size_t n, Scratch *scratch)
 {
     for (size_t i = 0; i < n; i++) {
         Walk w = {.world = world, .ray = &rays[i], .scratch = scratch};
@@ -80,3 +80,5 @@ void world_occluded(const World *world, const Ray *rays, bool *blocked, size_t n
         blocked[i] = w.blocked;
     }
 }
+
+const Kernel kernel_scalar = {"scalar", intersect, occluded};

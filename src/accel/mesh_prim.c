@@ -12,11 +12,14 @@
 
 #include <stdlib.h>
 
-#include "accel/traverse.h"
+#include "accel/packet.h"
 #include "common/numeric.h"
 
 /* A leaf is one block. */
 enum { BLOCK = 4 };
+
+/* Vertices up to which an instance's box is found from each of them. */
+enum { SMALL_MESH = 64 };
 
 /* Filtering a triangle against testing eight boxes. */
 #define TRIANGLE_COST 0.25f
@@ -46,6 +49,7 @@ typedef struct {
     Bvh bvh;                 /* leaves refer to blocks */
     Block *block;
     Box bounds;
+    float reach;             /* of the bounds, rounded up */
     Source *source;          /* in the order of their first triangle; one with the identity unless baked */
     uint32_t source_count;
     bool baked;
@@ -128,33 +132,42 @@ static inline bool hit_triangle(const Shear *s, const Vec3 *a, const Vec3 *b, co
 /* What the filter needs of a ray. The direction is the slabs' one, about 1 long, and so are the units of t. */
 typedef struct { float o[3], d[3], reach; } FilterRay;
 
+/* A ray's state among triangles. */
 typedef struct {
     const MeshPrim *mesh;
     const Ray *ray;
     Shear shear;
     bool sheared;            /* not before the first triangle that passes the filter */
-    SlabRay slab;
-    FilterRay filter;
-    float tmax_slab;
-    double tmin, tmax;
-    Hit hit;
     bool found;
+    FilterRay filter;
+    double tmax;             /* the ray's, then the nearest hit's */
+    Hit hit;
+} Confirm;
+
+typedef struct {
+    SlabRay slab;
+    float tmax_slab;
+    Confirm confirm;
 } Walk;
 
-static Walk walk_of(const MeshPrim *mesh, const Ray *ray)
+static inline void confirm_init(Confirm *c, const MeshPrim *mesh, const Ray *ray, double scale)
 {
-    Walk w = {.mesh = mesh, .ray = ray, .tmin = ray->tmin, .tmax = ray->tmax};
-    slab_ray_init(&w.slab, ray);
-    w.tmax_slab = slab_t_up(&w.slab, ray->tmax);
-    w.filter = (FilterRay){
-        {(float)ray->o.x, (float)ray->o.y, (float)ray->o.z},
-        {(float)(ray->d.x * w.slab.scale), (float)(ray->d.y * w.slab.scale), (float)(ray->d.z * w.slab.scale)},
-        (float)(vec3_max(vec3_abs(ray->o)) + box_reach(mesh->bounds))};
-    return w;
+    c->mesh = mesh;
+    c->ray = ray;
+    c->sheared = false;
+    c->found = false;
+    c->tmax = ray->tmax;
+    c->filter = (FilterRay){{(float)ray->o.x, (float)ray->o.y, (float)ray->o.z},
+                            {(float)(ray->d.x * scale), (float)(ray->d.y * scale), (float)(ray->d.z * scale)},
+                            (float)vec3_max(vec3_abs(ray->o)) + mesh->reach};
 }
 
-static inline Float4 float4_abs(Float4 a) { return (Float4)((Int4)a & 0x7fffffff); }
-static inline Float4 float4_flip(Float4 a, Int4 sign) { return (Float4)((Int4)a ^ sign); }
+static inline void walk_init(Walk *w, const MeshPrim *mesh, const Ray *ray)
+{
+    slab_ray_init(&w->slab, ray);
+    w->tmax_slab = slab_t_up(&w->slab, ray->tmax);
+    confirm_init(&w->confirm, mesh, ray, w->slab.scale);
+}
 
 /* The triangles of the block that the ray may hit with 0 <= t <= tmax, in the slabs' units (`line`: with any t), as a
  * mask. Comparisons say what misses, so that a NaN from an overflow lets the triangle through. */
@@ -185,30 +198,49 @@ static inline uint32_t filter_block(const Block *b, const FilterRay *r, float tm
     return ~int4_mask(misses) & ((1u << count) - 1);
 }
 
-static inline bool test_triangle(Walk *w, uint32_t index, double *t, double *u, double *v, int *facing)
+static inline bool test_triangle(Confirm *c, uint32_t index, double *t, double *u, double *v, int *facing)
 {
-    if (!w->sheared) w->shear = shear_of(w->ray);
-    w->sheared = true;
-    const uint32_t *k = w->mesh->triangle[index];
-    const Vec3 *p = w->mesh->position;
-    return hit_triangle(&w->shear, &p[k[0]], &p[k[1]], &p[k[2]], t, u, v, facing);
+    if (!c->sheared) c->shear = shear_of(c->ray);
+    c->sheared = true;
+    const uint32_t *k = c->mesh->triangle[index];
+    const Vec3 *p = c->mesh->position;
+    return hit_triangle(&c->shear, &p[k[0]], &p[k[1]], &p[k[2]], t, u, v, facing);
+}
+
+/* Looks for a nearer hit among the triangles of a block; tmax is c->tmax, rounded up, in the slabs' units. */
+static inline bool nearer_in_block(Confirm *c, uint32_t block, uint32_t count, float tmax)
+{
+    const Block *b = &c->mesh->block[block];
+    bool nearer = false;
+    for (uint32_t mask = filter_block(b, &c->filter, tmax, false, count); mask; mask &= mask - 1) {
+        uint32_t index = b->triangle[__builtin_ctz(mask)];
+        double t, u, v;
+        int facing;
+        if (!test_triangle(c, index, &t, &u, &v, &facing) || !(t > c->ray->tmin && t <= c->tmax)) continue;
+        if (c->found && t == c->tmax && index > c->hit.part) continue;
+        c->hit = (Hit){.t = t, .u = u, .v = v, .part = index};
+        c->found = nearer = true;
+        c->tmax = t;
+    }
+    return nearer;
+}
+
+static inline bool any_in_block(Confirm *c, uint32_t block, uint32_t count, float tmax)
+{
+    const Block *b = &c->mesh->block[block];
+    for (uint32_t mask = filter_block(b, &c->filter, tmax, false, count); mask; mask &= mask - 1) {
+        double t, u, v;
+        int facing;
+        if (test_triangle(c, b->triangle[__builtin_ctz(mask)], &t, &u, &v, &facing) && t > c->ray->tmin && t <= c->tmax)
+            return true;
+    }
+    return false;
 }
 
 static bool nearest_leaf(void *context, uint32_t block, uint32_t count)
 {
     Walk *w = context;
-    const Block *b = &w->mesh->block[block];
-    for (uint32_t mask = filter_block(b, &w->filter, w->tmax_slab, false, count); mask; mask &= mask - 1) {
-        uint32_t index = b->triangle[__builtin_ctz(mask)];
-        double t, u, v;
-        int facing;
-        if (!test_triangle(w, index, &t, &u, &v, &facing) || !(t > w->tmin && t <= w->tmax)) continue;
-        if (w->found && t == w->tmax && index > w->hit.part) continue;
-        w->hit = (Hit){.t = t, .u = u, .v = v, .part = index};
-        w->found = true;
-        w->tmax = t;
-        w->tmax_slab = slab_t_up(&w->slab, t);
-    }
+    if (nearer_in_block(&w->confirm, block, count, w->tmax_slab)) w->tmax_slab = slab_t_up(&w->slab, w->confirm.tmax);
     return true;
 }
 
@@ -230,10 +262,11 @@ static bool mesh_intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *
 {
     (void)scratch;
     const MeshPrim *mesh = (const MeshPrim *)prim;
-    Walk w = walk_of(mesh, ray);
+    Walk w;
+    walk_init(&w, mesh, ray);
     slab_walk(&mesh->bvh, &w.slab, fmaxf(0, slab_t_down(&w.slab, ray->tmin)), &w.tmax_slab, nearest_leaf, &w);
-    if (!w.found) return false;
-    *hit = w.hit;
+    if (!w.confirm.found) return false;
+    *hit = w.confirm.hit;
     hit->leaf = source_of(mesh, hit->part);
     return true;
 }
@@ -241,26 +274,107 @@ static bool mesh_intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *
 static bool any_leaf(void *context, uint32_t block, uint32_t count)
 {
     Walk *w = context;
-    const Block *b = &w->mesh->block[block];
-    for (uint32_t mask = filter_block(b, &w->filter, w->tmax_slab, false, count); mask; mask &= mask - 1) {
-        double t, u, v;
-        int facing;
-        if (test_triangle(w, b->triangle[__builtin_ctz(mask)], &t, &u, &v, &facing) && t > w->tmin && t <= w->tmax) {
-            w->found = true;
-            return false;
-        }
-    }
-    return true;
+    w->confirm.found = any_in_block(&w->confirm, block, count, w->tmax_slab);
+    return !w->confirm.found;
 }
 
 static bool mesh_occluded(const Prim *prim, const Ray *ray, Scratch *scratch)
 {
     (void)scratch;
     const MeshPrim *mesh = (const MeshPrim *)prim;
-    Walk w = walk_of(mesh, ray);
+    Walk w;
+    walk_init(&w, mesh, ray);
     slab_walk(&mesh->bvh, &w.slab, fmaxf(0, slab_t_down(&w.slab, ray->tmin)), &w.tmax_slab, any_leaf, &w);
-    return w.found;
+    return w.confirm.found;
 }
+
+/* ---- many rays ---- */
+
+typedef struct {
+    SlabPacket packet;
+    Confirm confirm[PACKET];
+    uint64_t alive;
+} PacketWalk;
+
+static bool nearest_leaf_many(void *context, uint32_t block, uint32_t count, uint64_t rays)
+{
+    PacketWalk *w = context;
+    for (; rays; rays &= rays - 1) {
+        uint32_t i = (uint32_t)__builtin_ctzll(rays);
+        if (nearer_in_block(&w->confirm[i], block, count, w->packet.tmax[i]))
+            packet_shorten(&w->packet, i, w->confirm[i].tmax);
+    }
+    return true;
+}
+
+static bool any_leaf_many(void *context, uint32_t block, uint32_t count, uint64_t rays)
+{
+    PacketWalk *w = context;
+    bool more = false;
+    for (; rays; rays &= rays - 1) {
+        uint32_t i = (uint32_t)__builtin_ctzll(rays);
+        if (any_in_block(&w->confirm[i], block, count, w->packet.tmax[i]))
+            w->alive &= ~((uint64_t)1 << i);
+        else
+            more = true;
+    }
+    return more;
+}
+
+static void packet_walk_init(PacketWalk *w, const MeshPrim *mesh, const Ray *const *ray, uint32_t n)
+{
+    packet_init(&w->packet, ray, n);
+    for (uint32_t i = 0; i < n; i++) confirm_init(&w->confirm[i], mesh, ray[i], 1 / w->packet.per_scale[i]);
+    w->alive = packet_all(n);
+}
+
+static uint64_t mesh_intersect_many(const Prim *prim, const Ray *rays, uint32_t n, Hit *hit, Scratch *scratch)
+{
+    const MeshPrim *mesh = (const MeshPrim *)prim;
+    PacketWalk w;
+    uint64_t found = 0;
+    for (uint64_t left = packet_all(n); left;) {
+        const Ray *ray[PACKET];
+        uint32_t index[PACKET], count = packet_gather(rays, &left, ray, index);
+        if (count <= PACKET_FEW) {
+            for (uint32_t i = 0; i < count; i++)
+                if (mesh_intersect(prim, ray[i], &hit[index[i]], scratch)) found |= (uint64_t)1 << index[i];
+            continue;
+        }
+        packet_walk_init(&w, mesh, ray, count);
+        packet_walk(&mesh->bvh, &w.packet, &w.alive, nearest_leaf_many, &w);
+        for (uint32_t i = 0; i < count; i++) {
+            if (!w.confirm[i].found) continue;
+            hit[index[i]] = w.confirm[i].hit;
+            hit[index[i]].leaf = source_of(mesh, w.confirm[i].hit.part);
+            found |= (uint64_t)1 << index[i];
+        }
+    }
+    return found;
+}
+
+static uint64_t mesh_occluded_many(const Prim *prim, const Ray *rays, uint32_t n, Scratch *scratch)
+{
+    const MeshPrim *mesh = (const MeshPrim *)prim;
+    PacketWalk w;
+    uint64_t found = 0;
+    for (uint64_t left = packet_all(n); left;) {
+        const Ray *ray[PACKET];
+        uint32_t index[PACKET], count = packet_gather(rays, &left, ray, index);
+        if (count <= PACKET_FEW) {
+            for (uint32_t i = 0; i < count; i++)
+                if (mesh_occluded(prim, ray[i], scratch)) found |= (uint64_t)1 << index[i];
+            continue;
+        }
+        packet_walk_init(&w, mesh, ray, count);
+        packet_walk(&mesh->bvh, &w.packet, &w.alive, any_leaf_many, &w);
+        for (uint32_t i = 0; i < count; i++)
+            if (!(w.alive >> i & 1)) found |= (uint64_t)1 << index[i];
+    }
+    return found;
+}
+
+/* ---- the whole line ---- */
 
 /* All crossings of a line, for CSG. `entering` by the triangle's orientation. */
 typedef struct { Edge edge; bool entering; } Crossing;
@@ -293,14 +407,15 @@ static double t_bound(const Ray *ray, const Vec3 *a, const Vec3 *b, const Vec3 *
 static bool line_leaf(void *context, uint32_t block, uint32_t count)
 {
     LineWalk *w = context;
-    const Block *b = &w->walk.mesh->block[block];
-    for (uint32_t mask = filter_block(b, &w->walk.filter, INFINITY, true, count); mask; mask &= mask - 1) {
+    const MeshPrim *mesh = w->walk.confirm.mesh;
+    const Block *b = &mesh->block[block];
+    for (uint32_t mask = filter_block(b, &w->walk.confirm.filter, INFINITY, true, count); mask; mask &= mask - 1) {
         uint32_t index = b->triangle[__builtin_ctz(mask)];
-        const uint32_t *k = w->walk.mesh->triangle[index];
-        const Vec3 *p = w->walk.mesh->position;
+        const uint32_t *k = mesh->triangle[index];
+        const Vec3 *p = mesh->position;
         double t, u, v;
         int facing;
-        if (!test_triangle(&w->walk, index, &t, &u, &v, &facing)) continue;
+        if (!test_triangle(&w->walk.confirm, index, &t, &u, &v, &facing)) continue;
         if (w->count == w->capacity) {
             uint32_t capacity = w->capacity ? 2 * w->capacity : 16;
             Crossing *c = arena_alloc(w->scratch->arena, capacity * sizeof *c);
@@ -313,8 +428,8 @@ static bool line_leaf(void *context, uint32_t block, uint32_t count)
             w->capacity = capacity;
         }
         Vec3 n = triangle_normal(&p[k[0]], &p[k[1]], &p[k[2]]);
-        double err = t_bound(w->walk.ray, &p[k[0]], &p[k[1]], &p[k[2]], n);
-        bool entering = (w->walk.shear.sz > 0) == (facing > 0);
+        double err = t_bound(w->walk.confirm.ray, &p[k[0]], &p[k[1]], &p[k[2]], n);
+        bool entering = (w->walk.confirm.shear.sz > 0) == (facing > 0);
         w->crossing[w->count++] = (Crossing){{.t = t, .t_err = err, .n = n, .u = u, .v = v, .part = index}, entering};
     }
     return true;
@@ -342,7 +457,8 @@ static bool mesh_segments(const Prim *prim, const Ray *ray, SegList *list)
     double back = 4 * reach / step;
     Ray whole = *ray;
     whole.o = vec3_at(ray->o, -back, ray->d);
-    LineWalk w = {.walk = walk_of(mesh, ray), .scratch = list->scratch};
+    LineWalk w = {.scratch = list->scratch};
+    walk_init(&w.walk, mesh, ray);
     slab_ray_init(&w.walk.slab, &whole);
     /* whole.o is off the line by a rounding of its coordinates, about that of its float form; the boxes allow for more */
     for (int a = 0; a < 3; a++) {
@@ -366,6 +482,19 @@ static bool mesh_segments(const Prim *prim, const Ray *ray, SegList *list)
 }
 
 static Box mesh_prim_bounds(const Prim *prim) { return ((const MeshPrim *)prim)->bounds; }
+
+/* Vertex by vertex for the small meshes that scenes repeat many times, leaves and tiles. */
+static Box mesh_prim_bounds_in(const Prim *prim, const Affine *map)
+{
+    const MeshPrim *mesh = (const MeshPrim *)prim;
+    const Mesh *data = mesh->source[0].mesh;
+    if (mesh->baked || data->position_count > SMALL_MESH) return affine_box(map, mesh->bounds);
+    Box box = box_empty();
+    Vec3 zero = {0, 0, 0};
+    for (uint32_t i = 0; i < data->position_count; i++)
+        box = box_union(box, affine_box_about(map, data->position[i], zero));
+    return box_overlap(box, affine_box(map, mesh->bounds));
+}
 
 static void texture_uv(const Mesh *mesh, uint32_t triangle, const double w[3], double *u, double *v)
 {
@@ -435,8 +564,11 @@ static void mesh_prim_destroy(Prim *prim)
 static const PrimOps open_ops = {
     .name = "mesh",
     .bounds = mesh_prim_bounds,
+    .bounds_in = mesh_prim_bounds_in,
     .intersect = mesh_intersect,
     .occluded = mesh_occluded,
+    .intersect_many = mesh_intersect_many,
+    .occluded_many = mesh_occluded_many,
     .surface = mesh_surface,
     .destroy = mesh_prim_destroy,
 };
@@ -445,8 +577,11 @@ static const PrimOps closed_ops = {
     .name = "mesh",
     .closed = true,
     .bounds = mesh_prim_bounds,
+    .bounds_in = mesh_prim_bounds_in,
     .intersect = mesh_intersect,
     .occluded = mesh_occluded,
+    .intersect_many = mesh_intersect_many,
+    .occluded_many = mesh_occluded_many,
     .segments = mesh_segments,
     .surface = mesh_surface,
     .destroy = mesh_prim_destroy,
@@ -502,6 +637,7 @@ static bool build(MeshPrim *mesh, Err *err)
         box[i] = boxf_from_box(b);
         mesh->bounds = box_union(mesh->bounds, b);
     }
+    mesh->reach = slab_up((float)box_reach(mesh->bounds));
     bool ok = bvh_build(&mesh->bvh, box, mesh->triangle_count, BLOCK, TRIANGLE_COST, err);
     free(box);
     return ok && (make_blocks(mesh) || err_memory(err, "a mesh"));

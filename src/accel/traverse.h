@@ -18,7 +18,7 @@
 typedef struct {
     float o_near[3], o_far[3], r_near[3], r_far[3];
     uint32_t negative[3];
-    double scale;
+    double scale, per_scale;  /* and its reciprocal, a power of two too */
 } SlabRay;
 
 /* Four float roundings (difference, direction, reciprocal, product), 2^-24 each, and one to spare. */
@@ -35,6 +35,7 @@ static inline float slab_down(float f) { return f - fabsf(f) * 0x1p-23f - 0x1p-1
 static inline __attribute__((always_inline)) void slab_ray_init(SlabRay *r, const Ray *ray)
 {
     r->scale = vec3_pow2_scale(ray->d);
+    r->per_scale = 1 / r->scale;
     float reach = (float)vec3_max(vec3_abs(ray->o));
     const double o[3] = {ray->o.x, ray->o.y, ray->o.z}, d[3] = {ray->d.x, ray->d.y, ray->d.z};
     for (int a = 0; a < 3; a++) {
@@ -55,13 +56,24 @@ static inline __attribute__((always_inline)) void slab_ray_init(SlabRay *r, cons
 }
 
 /* t of the ray in the slab's units, rounded up and down. */
-static inline float slab_t_up(const SlabRay *r, double t) { return slab_up((float)(t / r->scale)); }
-static inline float slab_t_down(const SlabRay *r, double t) { return slab_down((float)(t / r->scale)); }
+static inline float slab_t_up(const SlabRay *r, double t) { return slab_up((float)(t * r->per_scale)); }
+static inline float slab_t_down(const SlabRay *r, double t) { return slab_down((float)(t * r->per_scale)); }
 
-/* Four lanes of a comparison, in the compiler's own vector notation: it becomes the baseline's vector instructions on any
- * machine that has some. */
+/* Four floats at a time, in the compiler's own vector notation: it becomes vector instructions on any machine that has
+ * some. The three operations that the notation lacks are the baseline's own where there is one. */
 typedef float Float4 __attribute__((vector_size(16), may_alias));
 typedef int32_t Int4 __attribute__((vector_size(16), may_alias));
+
+static inline Float4 float4_load(const float *p) { return *(const Float4 *)p; }
+
+#ifdef __SSE2__
+static inline Float4 float4_min(Float4 a, Float4 b) { return __builtin_ia32_minps(a, b); }
+static inline Float4 float4_max(Float4 a, Float4 b) { return __builtin_ia32_maxps(a, b); }
+static inline uint32_t int4_mask(Int4 m) { return (uint32_t)__builtin_ia32_movmskps((Float4)m); }
+#else
+static inline Float4 float4_pick(Int4 m, Float4 a, Float4 b) { return (Float4)((m & (Int4)a) | (~m & (Int4)b)); }
+static inline Float4 float4_min(Float4 a, Float4 b) { return float4_pick(a < b, a, b); }
+static inline Float4 float4_max(Float4 a, Float4 b) { return float4_pick(a > b, a, b); }
 
 /* Bit i is set where lane i of a comparison holds. */
 static inline uint32_t int4_mask(Int4 m)
@@ -69,35 +81,33 @@ static inline uint32_t int4_mask(Int4 m)
     m &= (Int4){1, 2, 4, 8};
     return (uint32_t)(m[0] | m[1] | m[2] | m[3]);
 }
+#endif
 
-/* The children whose boxes the ray meets within [tmin, tmax] as a mask, their entry distances in entry[]. tmin >= 0.
- * The loops over eight are for the compiler to turn into vector instructions. */
+static inline Float4 float4_set(float x) { return (Float4){x, x, x, x}; }
+static inline Float4 float4_abs(Float4 a) { return (Float4)((Int4)a & 0x7fffffff); }
+static inline Float4 float4_flip(Float4 a, Int4 sign) { return (Float4)((Int4)a ^ sign); }
+
+/* The children whose boxes the ray meets within [tmin, tmax] as a mask, their entry distances in entry[]. tmin >= 0. */
 static inline __attribute__((always_inline)) uint32_t slab_children(const BvhNode *node, const SlabRay *r, float tmin,
-                                                                    float tmax, float entry[BVH_WIDTH])
+                                                                    float tmax, Float4 entry[BVH_WIDTH / 4])
 {
-    const float *near[3], *far[3];
+    const Float4 *near[3], *far[3];
     for (int a = 0; a < 3; a++) {
-        near[a] = r->negative[a] ? node->hi[a] : node->lo[a];
-        far[a] = r->negative[a] ? node->lo[a] : node->hi[a];
-    }
-    _Alignas(16) float leave[BVH_WIDTH];
-    for (int i = 0; i < BVH_WIDTH; i++) {
-        float x = (near[0][i] - r->o_near[0]) * r->r_near[0];
-        float y = (near[1][i] - r->o_near[1]) * r->r_near[1];
-        float z = (near[2][i] - r->o_near[2]) * r->r_near[2];
-        float m = x > y ? x : y, k = z > tmin ? z : tmin;
-        entry[i] = m > k ? m : k;
-    }
-    for (int i = 0; i < BVH_WIDTH; i++) {
-        float x = (far[0][i] - r->o_far[0]) * r->r_far[0];
-        float y = (far[1][i] - r->o_far[1]) * r->r_far[1];
-        float z = (far[2][i] - r->o_far[2]) * r->r_far[2];
-        float m = x < y ? x : y, k = z < tmax ? z : tmax;
-        leave[i] = m < k ? m : k;
+        near[a] = (const Float4 *)(r->negative[a] ? node->hi[a] : node->lo[a]);
+        far[a] = (const Float4 *)(r->negative[a] ? node->lo[a] : node->hi[a]);
     }
     uint32_t mask = 0;
-    for (int i = 0; i < BVH_WIDTH; i += 4)
-        mask |= int4_mask(*(const Float4 *)&entry[i] <= *(const Float4 *)&leave[i]) << i;
+    for (int i = 0; i < BVH_WIDTH / 4; i++) {
+        Float4 x = (near[0][i] - r->o_near[0]) * r->r_near[0];
+        Float4 y = (near[1][i] - r->o_near[1]) * r->r_near[1];
+        Float4 z = (near[2][i] - r->o_near[2]) * r->r_near[2];
+        entry[i] = float4_max(float4_max(x, y), float4_max(z, float4_set(tmin)));
+        x = (far[0][i] - r->o_far[0]) * r->r_far[0];
+        y = (far[1][i] - r->o_far[1]) * r->r_far[1];
+        z = (far[2][i] - r->o_far[2]) * r->r_far[2];
+        Float4 leave = float4_min(float4_min(x, y), float4_min(z, float4_set(tmax)));
+        mask |= int4_mask(entry[i] <= leave) << (4 * i);
+    }
     return mask;
 }
 
@@ -106,28 +116,28 @@ typedef struct { float entry; uint32_t child; uint32_t count; } SlabTask;
 
 enum { SLAB_STACK = (BVH_WIDTH - 1) * BVH_MAX_DEPTH + BVH_WIDTH };
 
-/* Visits the leaves that the ray meets, nearer ones first. `leaf` gets the positions [first, first + count) of
- * bvh->order and returns false to end the walk; it may lower *tmax (in units of slab_t_up) as hits are found. */
-static inline __attribute__((always_inline)) void slab_walk(const Bvh *bvh, const SlabRay *r, float tmin, float *tmax,
-                                                            bool (*leaf)(void *, uint32_t first, uint32_t count),
-                                                            void *context)
+/* Visits the leaves below `start` that the ray meets, nearer ones first. `leaf` gets the child and count of the leaf and
+ * returns false to end the walk; it may lower *tmax (in units of slab_t_up) as hits are found. */
+static inline __attribute__((always_inline)) void slab_walk_from(const Bvh *bvh, SlabTask start, const SlabRay *r,
+                                                                 float tmin, float *tmax,
+                                                                 bool (*leaf)(void *, uint32_t child, uint32_t count),
+                                                                 void *context)
 {
-    if (!bvh->node) return;
     SlabTask stack[SLAB_STACK];
     uint32_t top = 0;
-    SlabTask now = {0, 0, 0};
+    SlabTask now = start;
     for (;;) {
         if (now.count) {
             if (!leaf(context, now.child, now.count)) return;
         } else {
             const BvhNode *node = &bvh->node[now.child];
-            _Alignas(16) float entry[BVH_WIDTH];
+            Float4 entry[BVH_WIDTH / 4];
             uint32_t mask = slab_children(node, r, tmin, *tmax, entry);
             uint32_t bottom = top;
             while (mask) {
                 uint32_t i = (uint32_t)__builtin_ctz(mask);
                 mask &= mask - 1;
-                SlabTask task = {entry[i], node->child[i], node->count[i]};
+                SlabTask task = {entry[i / 4][i % 4], node->child[i], node->count[i]};
                 uint32_t k = top++;
                 while (k > bottom && stack[k - 1].entry < task.entry) {  /* the nearest ends on top */
                     stack[k] = stack[k - 1];
@@ -141,6 +151,14 @@ static inline __attribute__((always_inline)) void slab_walk(const Bvh *bvh, cons
             now = stack[--top];
         } while (now.entry > *tmax);
     }
+}
+
+/* The same from the root. */
+static inline __attribute__((always_inline)) void slab_walk(const Bvh *bvh, const SlabRay *r, float tmin, float *tmax,
+                                                            bool (*leaf)(void *, uint32_t child, uint32_t count),
+                                                            void *context)
+{
+    if (bvh->node) slab_walk_from(bvh, (SlabTask){0, 0, 0}, r, tmin, tmax, leaf, context);
 }
 
 #endif

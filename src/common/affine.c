@@ -98,14 +98,26 @@ static double determinant(double b[3][3])
     return b[0][0] * cofactor(b, 0, 0) + b[0][1] * cofactor(b, 0, 1) + b[0][2] * cofactor(b, 0, 2);
 }
 
+/* The sum of the determinant's six products, each by its size: a bound on its rounding error once multiplied by GAMMA(5).
+ * Scaling a row or a column scales it as the determinant, so the two may be compared however well b is balanced. */
+static double permanent(double b[3][3])
+{
+    double sum = 0;
+    for (int j = 0; j < 3; j++) {
+        int c0 = (j + 1) % 3, c1 = (j + 2) % 3;
+        sum += fabs(b[0][j]) * (fabs(b[1][c0] * b[2][c1]) + fabs(b[1][c1] * b[2][c0]));
+    }
+    return sum;
+}
+
 bool affine_inverse(const Affine *a, Affine *inverse)
 {
     double b[3][3];
     int row[3], col[3];
     if (!balance(a, b, row, col)) return false;
     double det = determinant(b);
-    /* A determinant below its own rounding error is no evidence of a volume: 6 products of entries up to 2 x 2 x 2. */
-    if (!(fabs(det) > 48 * GAMMA(5))) return false;
+    /* A determinant below its own rounding error is no evidence of a volume. */
+    if (!(fabs(det) > GAMMA(5) * permanent(b))) return false;
     Affine r;
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) r.m[i][j] = ldexp(cofactor(b, j, i) / det, -col[i] - row[j]);
@@ -138,17 +150,46 @@ Vec3 affine_point_error(const Affine *a, Vec3 p, Vec3 p_err)
     return vec3_make(r[0], r[1], r[2]);
 }
 
-Box affine_box(const Affine *a, Box box)
+/* Its length without overflow or underflow. */
+static double length_of(Vec3 v)
 {
-    if (box_is_empty(box)) return box;
-    Vec3 lo = vec3_scale(box.lo, 0.5), hi = vec3_scale(box.hi, 0.5);  /* halved first: no overflow */
-    Vec3 mid = vec3_add(lo, hi), half = vec3_sub(hi, lo);
-    Vec3 c = affine_point(a, mid);
-    /* the half extents count as an error of the middle; one more rounding each for mid and half */
-    Vec3 slack = vec3_scale(vec3_add(vec3_abs(box.lo), vec3_abs(box.hi)), 2 * UNIT_ROUNDOFF);
-    Vec3 e = vec3_scale(affine_point_error(a, mid, vec3_add(half, slack)), 1 + 8 * UNIT_ROUNDOFF);
+    double s = vec3_pow2_scale(v);
+    return vec3_length(vec3_scale(v, s)) / s;
+}
+
+/* The image of the unit ball reaches along an axis as far as that axis' row is long. */
+Vec3 affine_ball_extent(const Affine *a)
+{
+    double e[3];
+    for (int i = 0; i < 3; i++) e[i] = length_of(vec3_make(a->m[i][0], a->m[i][1], a->m[i][2]));
+    return vec3_make(e[0], e[1], e[2]);
+}
+
+Vec3 affine_disc_extent(const Affine *a)
+{
+    double e[3];
+    for (int i = 0; i < 3; i++) e[i] = length_of(vec3_make(a->m[i][0], 0, a->m[i][2]));
+    return vec3_make(e[0], e[1], e[2]);
+}
+
+Box affine_box_about(const Affine *a, Vec3 centre, Vec3 half)
+{
+    Vec3 c = affine_point(a, centre), zero = {0, 0, 0};
+    Vec3 e = vec3_scale(vec3_add(half, affine_point_error(a, centre, zero)), 1 + 8 * UNIT_ROUNDOFF);
     Box r = {vec3_sub(c, e), vec3_add(c, e)};
     r.lo = vec3_make(nextafter(r.lo.x, -INFINITY), nextafter(r.lo.y, -INFINITY), nextafter(r.lo.z, -INFINITY));
     r.hi = vec3_make(nextafter(r.hi.x, INFINITY), nextafter(r.hi.y, INFINITY), nextafter(r.hi.z, INFINITY));
     return r;
+}
+
+Box affine_box(const Affine *a, Box box)
+{
+    if (box_is_empty(box)) return box;
+    Vec3 lo = vec3_scale(box.lo, 0.5), hi = vec3_scale(box.hi, 0.5);  /* halved first: no overflow */
+    Vec3 mid = vec3_add(lo, hi), half = vec3_sub(hi, lo), zero = {0, 0, 0};
+    /* the middle's and the half extents' own roundings */
+    half = vec3_add(half, vec3_scale(vec3_add(vec3_abs(lo), vec3_abs(hi)), 4 * UNIT_ROUNDOFF));
+    Affine linear = *a;
+    for (int i = 0; i < 3; i++) linear.m[i][3] = 0;
+    return affine_box_about(a, mid, affine_point_error(&linear, zero, half));
 }

@@ -33,6 +33,14 @@ bool affine_mirrors(const Affine *a);
 /* The smallest box around the image of a box, rounded outward. */
 Box affine_box(const Affine *a, Box box);
 
+/* Half the extent along each axis of the image of the unit ball, or of the unit disc about y in the plane y = 0. */
+Vec3 affine_ball_extent(const Affine *a);
+Vec3 affine_disc_extent(const Affine *a);
+
+/* The box of half extents `half` about the image of a point, rounded outward: for bounds of images that are known by
+ * their extents. `half` may be off by the roundings of a sum of squares and its root. */
+Box affine_box_about(const Affine *a, Vec3 centre, Vec3 half);
+
 static inline Vec3 affine_point(const Affine *a, Vec3 p)
 {
     return vec3_make(a->m[0][0] * p.x + a->m[0][1] * p.y + a->m[0][2] * p.z + a->m[0][3],

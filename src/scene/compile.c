@@ -12,6 +12,7 @@
 #include "accel/mesh_prim.h"
 #include "common/cpu.h"
 #include "common/memory.h"
+#include "common/place.h"
 #include "node/tree/lsystem.h"
 
 /* A mesh up to this size is baked: beyond it the copy costs more memory than the shorter way of a ray is worth. */
@@ -125,11 +126,10 @@ static bool blame(Compile *c, const Node *node, ErrKind kind, const char *what)
     return err_prefix(c->err, node->where);
 }
 
-/* A file that can't be opened is told with the script's line; what is wrong in a file with the file's own. */
+/* What has no line yet gets the script's; what is wrong in an OBJ or a grammar has the file's own. */
 static bool blame_file(Compile *c, const Node *node)
 {
-    if (strncmp(c->err->text, "can't open", 10) == 0 || c->err->kind != ERR_INPUT) err_prefix(c->err, node->where);
-    return false;
+    return place_length(c->err->text) == 0 ? err_prefix(c->err, node->where) : false;
 }
 
 typedef struct { double wall_s, cpu_s; } Stopwatch;
@@ -440,9 +440,7 @@ static bool draw_tree(Compile *c, const Node *node, const Affine *to_world)
                            &t, c->err);
     c->nesting--;
     stop_load(c, w);
-    if (!ok && c->err->kind == ERR_LIMIT && strncmp(c->err->text, node->where, strlen(node->where)) != 0)
-        err_prefix(c->err, node->where);
-    return ok;
+    return ok || blame_file(c, node);
 }
 
 /* Visits what was pushed above `bottom`, depth first, in the order of the children. */
@@ -586,7 +584,7 @@ static bool scale_objects(Compile *c, World *world)
         Object *o = &c->objects[i];
         const Geometry *g = &c->memory->geometry[o->shading];
         if (!g->bake) o->prim = g->prim;
-        Box b = affine_box(&o->to_world, g->bake ? mesh_bounds(g->mesh) : g->prim->ops->bounds(g->prim));
+        Box b = g->bake ? affine_box(&o->to_world, mesh_bounds(g->mesh)) : prim_bounds_in(g->prim, &o->to_world);
         if (box_is_empty(b)) continue;
         if (!finite_box(b)) return blame(c, g->node, ERR_SCENE, "reaches beyond the range of numbers");
         reach = fmax(reach, box_reach(b));
@@ -604,7 +602,7 @@ static bool place_objects(Compile *c, BoxF *box)
     uint64_t kept = 0;
     for (uint64_t i = 0; i < c->object_count; i++) {
         Object o = c->objects[i];
-        Box b = affine_box(&o.to_world, o.prim->ops->bounds(o.prim));
+        Box b = prim_bounds_in(o.prim, &o.to_world);
         if (box_is_empty(b)) continue;
         if (!affine_inverse(&o.to_world, &o.to_object))
             return blame(c, node_of(c, &o), ERR_SCENE, "has a singular matrix, or one too extreme to be inverted");

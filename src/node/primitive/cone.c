@@ -144,6 +144,13 @@ static Box bounds(const Prim *prim)
     return (Box){{-1, -1, -1}, {1, 0, 1}};
 }
 
+static Box bounds_in(const Prim *prim, const Affine *map)
+{
+    (void)prim;
+    Vec3 apex = {0, 0, 0}, base = {0, -1, 0};
+    return box_union(affine_box_about(map, apex, apex), affine_box_about(map, base, affine_disc_extent(map)));
+}
+
 static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scratch)
 {
     (void)prim, (void)scratch;
@@ -177,7 +184,7 @@ static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *s
 }
 
 static const PrimOps OPS = {
-    .name = "cone", .closed = true, .bounds = bounds, .intersect = intersect, .segments = segments,
+    .name = "cone", .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect, .segments = segments,
     .surface = surface,
 };
 

@@ -108,6 +108,13 @@ static Box bounds(const Prim *prim)
     return (Box){{-1, -1, -1}, {1, 1, 1}};
 }
 
+static Box bounds_in(const Prim *prim, const Affine *map)
+{
+    (void)prim;
+    Vec3 axis = vec3_make(fabs(map->m[0][1]), fabs(map->m[1][1]), fabs(map->m[2][1]));
+    return affine_box_about(map, vec3_make(0, 0, 0), vec3_add(axis, affine_disc_extent(map)));
+}
+
 static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scratch)
 {
     (void)prim, (void)scratch;
@@ -141,7 +148,7 @@ static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *s
 }
 
 static const PrimOps OPS = {
-    .name = "cylinder", .closed = true, .bounds = bounds, .intersect = intersect, .segments = segments,
+    .name = "cylinder", .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect, .segments = segments,
     .surface = surface,
 };
 

@@ -6,7 +6,9 @@
 #define RT_NODE_PRIMITIVE_PRIM_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
+#include "common/affine.h"
 #include "common/box.h"
 #include "common/ray.h"
 #include "common/scratch.h"
@@ -23,6 +25,9 @@ struct PrimOps {
 
     Box (*bounds)(const Prim *);
 
+    /* A box around the primitive's image under a map, tighter than that of its bounds. NULL: that one. */
+    Box (*bounds_in)(const Prim *, const Affine *);
+
     /* The nearest hit with tmin < t <= tmax: fills t, u, v, leaf (0 unless it has several shadings) and part of *hit
      * and returns true; otherwise leaves *hit alone. The t of one surface point is the same from intersect, segments
      * and occluded. */
@@ -30,6 +35,11 @@ struct PrimOps {
 
     /* Any hit with tmin < t <= tmax. NULL: by way of intersect. */
     bool (*occluded)(const Prim *, const Ray *, Scratch *);
+
+    /* The same for n <= 64 rays: bit i of the result is what intersect or occluded says of ray i, *hit[i] is filled
+     * accordingly. NULL: one by one. */
+    uint64_t (*intersect_many)(const Prim *, const Ray *ray, uint32_t n, Hit *hit, Scratch *);
+    uint64_t (*occluded_many)(const Prim *, const Ray *ray, uint32_t n, Scratch *);
 
     /* Every in/out pair along the whole line, t from -infinity to infinity, in order, appended to the list (tmin and
      * tmax are ignored). Only for closed primitives, NULL otherwise. False without memory. */
@@ -41,6 +51,9 @@ struct PrimOps {
     /* Releases what prim_destroy must; NULL: free() is enough. */
     void (*destroy)(Prim *);
 };
+
+/* A box around the primitive's image under a map. */
+Box prim_bounds_in(const Prim *prim, const Affine *map);
 
 /* Frees a primitive made by one of the *_create functions. NULL is allowed. */
 void prim_destroy(Prim *prim);

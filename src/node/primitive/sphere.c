@@ -64,6 +64,12 @@ static Box bounds(const Prim *prim)
     return (Box){{-1, -1, -1}, {1, 1, 1}};
 }
 
+static Box bounds_in(const Prim *prim, const Affine *map)
+{
+    (void)prim;
+    return affine_box_about(map, vec3_make(0, 0, 0), affine_ball_extent(map));
+}
+
 static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scratch)
 {
     (void)prim, (void)scratch;
@@ -90,7 +96,7 @@ static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *s
 }
 
 static const PrimOps OPS = {
-    .name = "sphere", .closed = true, .bounds = bounds, .intersect = intersect, .segments = segments,
+    .name = "sphere", .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect, .segments = segments,
     .surface = surface,
 };
 

@@ -208,6 +208,12 @@ static Box bounds(const Prim *prim)
     return (Box){{-r, -m, -r}, {r, m, r}};
 }
 
+static Box bounds_in(const Prim *prim, const Affine *map)
+{
+    Vec3 tube = vec3_scale(affine_ball_extent(map), ((const Torus *)prim)->minor);
+    return affine_box_about(map, vec3_make(0, 0, 0), vec3_add(affine_disc_extent(map), tube));
+}
+
 static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scratch)
 {
     (void)scratch;
@@ -274,7 +280,7 @@ static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *s
 }
 
 static const PrimOps OPS = {
-    .name = "torus", .closed = true, .bounds = bounds, .intersect = intersect, .segments = segments,
+    .name = "torus", .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect, .segments = segments,
     .surface = surface,
 };
 

@@ -1,0 +1,241 @@
+/* Walking a Bvh with up to 64 rays at a time: a node is fetched once for all, and a child that no ray of the packet can
+ * meet is found out by one test of the intervals that their origins and directions span (Wald, Benthin, Boulos, "Getting
+ * rid of packets", 2008; Boulos et al., "Packet-based Whitted and distribution ray tracing", 2007). What is left is
+ * tested ray by ray, four at once; subtrees that only few rays meet are walked by each alone. Boxes are as generous as
+ * those of traverse.h, so a ray's hit doesn't depend on its company. */
+#ifndef RT_ACCEL_PACKET_H
+#define RT_ACCEL_PACKET_H
+
+#include "accel/traverse.h"
+
+enum {
+    PACKET = 64,
+    PACKET_LANES = 4,
+    PACKET_FEW = 4,  /* rays for which a node of their own is cheaper than the packet's test */
+};
+
+/* SlabRays of one octant, as arrays. */
+typedef struct {
+    _Alignas(64) float o_near[3][PACKET];
+    float o_far[3][PACKET], r_near[3][PACKET], r_far[3][PACKET], tmin[PACKET], tmax[PACKET];
+    double per_scale[PACKET];
+    uint32_t negative[3], count;
+    /* The extremes over the rays: of the origins that give the earliest entry and the latest exit, of the reciprocals. */
+    float first_o[3], last_o[3], near_low[3], near_high[3], far_low[3], far_high[3], tmin_all, tmax_all;
+} SlabPacket;
+
+/* The octant of a direction as the slabs see it: bit a for a negative component a. */
+static inline uint32_t slab_octant(Vec3 d)
+{
+    double s = vec3_pow2_scale(d);
+    return (uint32_t)((float)(d.x * s) < 0) | (uint32_t)((float)(d.y * s) < 0) << 1 | (uint32_t)((float)(d.z * s) < 0) << 2;
+}
+
+static inline void packet_set(SlabPacket *p, uint32_t i, const SlabRay *r, float tmin, float tmax)
+{
+    for (int a = 0; a < 3; a++) {
+        p->o_near[a][i] = r->o_near[a];
+        p->o_far[a][i] = r->o_far[a];
+        p->r_near[a][i] = r->r_near[a];
+        p->r_far[a][i] = r->r_far[a];
+    }
+    p->tmin[i] = tmin;
+    p->tmax[i] = tmax;
+    p->per_scale[i] = r->per_scale;
+}
+
+static inline SlabRay packet_get(const SlabPacket *p, uint32_t i)
+{
+    SlabRay r = {.scale = 1 / p->per_scale[i], .per_scale = p->per_scale[i]};
+    for (int a = 0; a < 3; a++) {
+        r.o_near[a] = p->o_near[a][i];
+        r.o_far[a] = p->o_far[a][i];
+        r.r_near[a] = p->r_near[a][i];
+        r.r_far[a] = p->r_far[a][i];
+        r.negative[a] = p->negative[a];
+    }
+    return r;
+}
+
+static inline float packet_least(const float *x, uint32_t n)
+{
+    float m = x[0];
+    for (uint32_t i = 1; i < n; i++) m = x[i] < m ? x[i] : m;
+    return m;
+}
+
+static inline float packet_greatest(const float *x, uint32_t n)
+{
+    float m = x[0];
+    for (uint32_t i = 1; i < n; i++) m = x[i] > m ? x[i] : m;
+    return m;
+}
+
+/* Fills it from n (1 to PACKET) rays of one octant. */
+static inline void packet_init(SlabPacket *p, const Ray *const *ray, uint32_t n)
+{
+    p->count = n;
+    for (uint32_t i = 0; i < n; i++) {
+        SlabRay r;
+        slab_ray_init(&r, ray[i]);
+        float tmin = slab_t_down(&r, ray[i]->tmin);
+        packet_set(p, i, &r, tmin > 0 ? tmin : 0, slab_t_up(&r, ray[i]->tmax));
+        if (i == 0)
+            for (int a = 0; a < 3; a++) p->negative[a] = r.negative[a];
+    }
+    SlabRay none = packet_get(p, 0);
+    for (uint32_t i = n; i % PACKET_LANES; i++) packet_set(p, i, &none, INFINITY, -INFINITY);
+    for (int a = 0; a < 3; a++) {
+        bool back = p->negative[a];
+        p->first_o[a] = back ? packet_least(p->o_near[a], n) : packet_greatest(p->o_near[a], n);
+        p->last_o[a] = back ? packet_greatest(p->o_far[a], n) : packet_least(p->o_far[a], n);
+        p->near_low[a] = packet_least(p->r_near[a], n);
+        p->near_high[a] = packet_greatest(p->r_near[a], n);
+        p->far_low[a] = packet_least(p->r_far[a], n);
+        p->far_high[a] = packet_greatest(p->r_far[a], n);
+    }
+    p->tmin_all = packet_least(p->tmin, n);
+    p->tmax_all = packet_greatest(p->tmax, n);
+}
+
+/* Takes the rays of one octant out of *left (bits below n) and lists them; returns how many. */
+static inline uint32_t packet_gather(const Ray *rays, uint64_t *left, const Ray *ray[PACKET], uint32_t index[PACKET])
+{
+    uint32_t n = 0, octant = 0;
+    for (uint64_t rest = *left; rest; rest &= rest - 1) {
+        uint32_t i = (uint32_t)__builtin_ctzll(rest), o = slab_octant(rays[i].d);
+        if (n == 0) octant = o;
+        if (o != octant) continue;
+        *left &= ~((uint64_t)1 << i);
+        index[n] = i;
+        ray[n++] = &rays[i];
+    }
+    return n;
+}
+
+static inline uint64_t packet_all(uint32_t n) { return n == 64 ? UINT64_MAX : ((uint64_t)1 << n) - 1; }
+
+/* Ray i ends earlier from now on. */
+static inline void packet_shorten(SlabPacket *p, uint32_t i, double t)
+{
+    p->tmax[i] = slab_up((float)(t * p->per_scale[i]));
+}
+
+/* The children that some ray might meet, and bounds on their entry distances: differences and products are monotonic,
+ * rounded ones too, so the extremes bound every ray's own test. */
+static inline __attribute__((always_inline)) uint32_t packet_children(const BvhNode *node, const SlabPacket *p,
+                                                                      Float4 entry[BVH_WIDTH / 4])
+{
+    uint32_t mask = 0;
+    for (int i = 0; i < BVH_WIDTH / 4; i++) {
+        Float4 enter = float4_set(p->tmin_all), leave = float4_set(p->tmax_all);
+        for (int a = 0; a < 3; a++) {
+            Float4 lo = float4_load(node->lo[a] + 4 * i), hi = float4_load(node->hi[a] + 4 * i);
+            Float4 near = (p->negative[a] ? hi : lo) - p->first_o[a], far = (p->negative[a] ? lo : hi) - p->last_o[a];
+            enter = float4_max(enter, float4_min(near * p->near_low[a], near * p->near_high[a]));
+            leave = float4_min(leave, float4_max(far * p->far_low[a], far * p->far_high[a]));
+        }
+        entry[i] = enter;
+        mask |= int4_mask(enter <= leave) << (4 * i);
+    }
+    return mask;
+}
+
+/* Those of `rays` that meet child k. */
+static inline __attribute__((always_inline)) uint64_t packet_lanes(const SlabPacket *p, const BvhNode *node, int k,
+                                                                   uint64_t rays)
+{
+    Float4 near[3], far[3];
+    for (int a = 0; a < 3; a++) {
+        float lo = node->lo[a][k], hi = node->hi[a][k];
+        near[a] = float4_set(p->negative[a] ? hi : lo);
+        far[a] = float4_set(p->negative[a] ? lo : hi);
+    }
+    uint64_t met = 0;
+    for (uint32_t at = 0; at < p->count; at += PACKET_LANES) {
+        if (!(rays >> at & 0xf)) continue;
+        Float4 x = (near[0] - float4_load(p->o_near[0] + at)) * float4_load(p->r_near[0] + at);
+        Float4 y = (near[1] - float4_load(p->o_near[1] + at)) * float4_load(p->r_near[1] + at);
+        Float4 z = (near[2] - float4_load(p->o_near[2] + at)) * float4_load(p->r_near[2] + at);
+        Float4 enter = float4_max(float4_max(x, y), float4_max(z, float4_load(p->tmin + at)));
+        x = (far[0] - float4_load(p->o_far[0] + at)) * float4_load(p->r_far[0] + at);
+        y = (far[1] - float4_load(p->o_far[1] + at)) * float4_load(p->r_far[1] + at);
+        z = (far[2] - float4_load(p->o_far[2] + at)) * float4_load(p->r_far[2] + at);
+        Float4 leave = float4_min(float4_min(x, y), float4_min(z, float4_load(p->tmax + at)));
+        met |= (uint64_t)int4_mask(enter <= leave) << at;
+    }
+    return met & rays;
+}
+
+/* A subtree or leaf that waits for its turn, with the rays that meet it. */
+typedef struct { uint64_t rays; float entry; uint32_t child, count; } PacketTask;
+
+/* One ray's walk on behalf of its packet. */
+typedef struct {
+    bool (*leaf)(void *, uint32_t child, uint32_t count, uint64_t rays);
+    void *context;
+    uint64_t ray;
+} PacketSingle;
+
+static inline __attribute__((always_inline)) bool packet_single_leaf(void *context, uint32_t child, uint32_t count)
+{
+    PacketSingle *s = context;
+    return s->leaf(s->context, child, count, s->ray);
+}
+
+static inline __attribute__((always_inline)) void packet_walk_alone(
+    const Bvh *bvh, SlabPacket *p, const PacketTask *task,
+    bool (*leaf)(void *, uint32_t child, uint32_t count, uint64_t rays), void *context)
+{
+    for (uint64_t rays = task->rays; rays; rays &= rays - 1) {
+        uint32_t i = (uint32_t)__builtin_ctzll(rays);
+        SlabRay r = packet_get(p, i);
+        PacketSingle single = {leaf, context, rays & -rays};
+        slab_walk_from(bvh, (SlabTask){0, task->child, task->count}, &r, p->tmin[i], &p->tmax[i], packet_single_leaf,
+                       &single);
+    }
+}
+
+/* Visits the leaves that rays of the packet meet, roughly nearer ones first. `leaf` gets the rays as a mask, calls
+ * packet_shorten as hits are found, and returns false if the ray or all of the rays that it got need no more leaves;
+ * rays taken out of *alive are done. */
+static inline __attribute__((always_inline)) void packet_walk(
+    const Bvh *bvh, SlabPacket *p, const uint64_t *alive,
+    bool (*leaf)(void *, uint32_t child, uint32_t count, uint64_t rays), void *context)
+{
+    if (!bvh->node) return;
+    PacketTask stack[SLAB_STACK];
+    uint32_t top = 0;
+    stack[top++] = (PacketTask){*alive, 0, 0, 0};
+    while (top > 0) {
+        PacketTask now = stack[--top];
+        now.rays &= *alive;
+        if (!now.rays || now.entry > p->tmax_all) continue;
+        if (now.count) {
+            leaf(context, now.child, now.count, now.rays);
+            p->tmax_all = packet_greatest(p->tmax, p->count);
+            continue;
+        }
+        if (__builtin_popcountll(now.rays) <= PACKET_FEW) {
+            packet_walk_alone(bvh, p, &now, leaf, context);
+            p->tmax_all = packet_greatest(p->tmax, p->count);
+            continue;
+        }
+        const BvhNode *node = &bvh->node[now.child];
+        Float4 entry[BVH_WIDTH / 4];
+        uint32_t bottom = top;
+        for (uint32_t mask = packet_children(node, p, entry); mask; mask &= mask - 1) {
+            int k = __builtin_ctz(mask);
+            PacketTask task = {packet_lanes(p, node, k, now.rays), entry[k / 4][k % 4], node->child[k], node->count[k]};
+            if (!task.rays) continue;
+            uint32_t i = top++;
+            while (i > bottom && stack[i - 1].entry < task.entry) {
+                stack[i] = stack[i - 1];
+                i--;
+            }
+            stack[i] = task;
+        }
+    }
+}
+
+#endif
