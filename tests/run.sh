@@ -32,7 +32,7 @@ job() {
         grep '^skip ' $log.log | sed 's/^/     /'
         if [ "$failed" != 0 ]; then
             [ $status = 0 ] || echo "     exit status $status$([ $status = 124 ] && echo ': took too long')"
-            grep -vE '^ok |^\[ RUN  |^\[       OK' $log.log | tail -n 60 | sed 's/^/     /'
+            grep -vE '^ok |^skip |^\[ RUN  |^\[       OK' $log.log | tail -n 60 | sed 's/^/     /'
         fi
     } >$log.report
     flock $logs cat $log.report
@@ -46,7 +46,7 @@ start() {
 }
 
 # Building is a job too: what can't be built counts as failed, and the others run all the same.
-build() { job "build-$1" sh -c 'make -k BUILD="$1" $2 && echo "ok built"' sh "$1" "$2"; }
+build() { job "build-$1" sh -c 'make -k CC=gcc BUILD="$1" $2 && echo "ok built"' sh "$1" "$2"; }
 build release tests
 build asan tests
 build tsan "all $([ -e tests/test_render.c ] && echo build/tsan/tests/test_render)"
