@@ -347,8 +347,8 @@ static bool make_settings(App *app, const RenderJob *job, RenderSettings *settin
     unsigned given = mine->given | its->given;
 #define CHOOSE(bit, field) ((mine->given & (bit) ? mine : its)->field)
     *settings = (RenderSettings){
-        .width = line->has_size ? line->width : job->width,
-        .height = line->has_size ? line->height : job->height,
+        .width = job->width,
+        .height = job->height,
         .samples = given & OPTION_SAMPLES ? CHOOSE(OPTION_SAMPLES, samples) : DEFAULT_SAMPLES,
         .max_depth = given & OPTION_MAX_DEPTH ? CHOOSE(OPTION_MAX_DEPTH, max_depth) : DEFAULT_MAX_DEPTH,
         .seed = given & OPTION_SEED ? CHOOSE(OPTION_SEED, seed) : 0,
@@ -489,10 +489,16 @@ static bool check_job(App *app, const RenderJob *job, RenderReport *report, Err 
     return world != NULL;
 }
 
-/* The sink of scene_lua_run. */
-static bool render_job(void *context, const RenderJob *job, Err *err)
+/* The sink of scene_lua_run. --size replaces the script's size before anything depends on it. */
+static bool render_job(void *context, const RenderJob *asked, Err *err)
 {
     App *app = context;
+    RenderJob sized = *asked;
+    const RenderJob *job = &sized;
+    if (app->line.has_size) {
+        sized.width = app->line.width;
+        sized.height = app->line.height;
+    }
     RenderSettings settings;
     app->renders++;
     RenderReport report = {.where = job->where, .script = stage_lap(&app->clock)};

@@ -16,7 +16,8 @@ typedef struct { float lo[3], hi[3]; } BoxF;
 
 BoxF boxf_from_box(Box box);
 
-/* 256 bytes, four cache lines. Structure of arrays: the boxes of all children are tested together. An empty slot has lo = +inf, hi = -inf. */
+/* 256 bytes, four cache lines. Structure of arrays: the boxes of all children are tested together. An empty slot has
+ * lo = +inf, hi = -inf. */
 typedef struct {
     _Alignas(64) float lo[3][BVH_WIDTH];
     float hi[3][BVH_WIDTH];

@@ -6,8 +6,8 @@
 typedef struct {
     const World *world;
     SlabPacket packet;
-    _Alignas(16) float o[3][PACKET], d[3][PACKET];  /* the rays, directions in the slabs' units */
-    float reach;                                    /* of any point of a ray in the world, generously */
+    float world_reach;    /* the greatest coordinate in the world */
+    float reach;          /* and of any point of the packet's rays there, generously */
     uint64_t alive;
     const Ray *ray[PACKET];
     Hit hit[PACKET];      /* hit[i].t is where the next one must end */
@@ -43,9 +43,10 @@ static void object_box(const Walk *w, const Object *object, ObjectBox *b)
  * the one in the tree. */
 static inline uint32_t object_lanes(const Walk *w, const ObjectBox *b, uint32_t at)
 {
-    Float4 ox = float4_load(w->o[0] + at), oy = float4_load(w->o[1] + at), oz = float4_load(w->o[2] + at);
-    Float4 dx = float4_load(w->d[0] + at), dy = float4_load(w->d[1] + at), dz = float4_load(w->d[2] + at);
-    Float4 enter = {0, 0, 0, 0}, leave = float4_load(w->packet.tmax + at);
+    const SlabPacket *p = &w->packet;
+    Float4 ox = float4_load(p->o[0] + at), oy = float4_load(p->o[1] + at), oz = float4_load(p->o[2] + at);
+    Float4 dx = float4_load(p->d[0] + at), dy = float4_load(p->d[1] + at), dz = float4_load(p->d[2] + at);
+    Float4 enter = {0, 0, 0, 0}, leave = float4_load(p->tmax + at);
     for (int a = 0; a < 3; a++) {
         const float *m = b->m[a];
         Float4 o = m[0] * ox + m[1] * oy + m[2] * oz + m[3];
@@ -70,28 +71,25 @@ static uint64_t rays_at_object(const Walk *w, const Object *object, uint64_t ray
     return met & rays;
 }
 
-/* The rays as floats, in the slabs' units, for object_lanes. Where an object can be met, t is at most the way from the
- * farthest origin across the world, as the greatest component of a direction is 1 at least. */
+/* Where an object can be met, t is at most the way from the farthest origin across the world, as the greatest component
+ * of a direction is 1 at least; it is 2 at most. */
 static void start_packet(Walk *w, uint32_t count)
 {
     packet_init(&w->packet, w->ray, count);
-    float reach = 0;
-    for (uint32_t i = 0; i < PACKET; i++) {
-        if (i >= count && i % PACKET_LANES == 0) break;
-        const Ray *ray = w->ray[i < count ? i : 0];
-        double scale = 1 / w->packet.per_scale[i < count ? i : 0];
-        for (int a = 0; a < 3; a++) {
-            w->o[a][i] = (float)vec3_get(ray->o, a);
-            w->d[a][i] = (float)(vec3_get(ray->d, a) * scale);
-        }
-        float far = (float)vec3_max(vec3_abs(ray->o));
-        reach = far > reach ? far : reach;
-    }
-    float world = 0;
-    for (int a = 0; a < 3; a++) world = fmaxf(world, fmaxf(fabsf(w->world->bvh.bounds.lo[a]), fabsf(w->world->bvh.bounds.hi[a])));
-    /* the origin, and the way of at most reach + world times a direction below 2 */
-    w->reach = reach + 2 * (reach + world);
+    float reach = packet_greatest(w->packet.reach, count);
+    w->reach = reach + 2 * (reach + w->world_reach);
     w->alive = packet_all(count);
+}
+
+static void start_stream(Walk *w, const World *world, Scratch *scratch)
+{
+    w->world = world;
+    w->scratch = scratch;
+    w->world_reach = 0;
+    for (int a = 0; a < 3; a++) {
+        w->world_reach = fmaxf(w->world_reach, fabsf(world->bvh.bounds.lo[a]));
+        w->world_reach = fmaxf(w->world_reach, fabsf(world->bvh.bounds.hi[a]));
+    }
 }
 
 /* ---- tracing ---- */
@@ -147,8 +145,7 @@ static bool nearest_leaf(void *context, uint32_t first, uint32_t count, uint64_t
 static void intersect(const World *world, const Ray *rays, Hit *hits, size_t n, Scratch *scratch)
 {
     Walk w;
-    w.world = world;
-    w.scratch = scratch;
+    start_stream(&w, world, scratch);
     for (size_t at = 0; at < n; at += PACKET) {
         uint64_t left = packet_all(n - at < PACKET ? (uint32_t)(n - at) : PACKET);
         while (left) {
@@ -197,8 +194,7 @@ static bool blocking_leaf(void *context, uint32_t first, uint32_t count, uint64_
 static void occluded(const World *world, const Ray *rays, bool *blocked, size_t n, Scratch *scratch)
 {
     Walk w;
-    w.world = world;
-    w.scratch = scratch;
+    start_stream(&w, world, scratch);
     for (size_t at = 0; at < n; at += PACKET) {
         uint64_t left = packet_all(n - at < PACKET ? (uint32_t)(n - at) : PACKET);
         while (left) {

@@ -150,23 +150,25 @@ typedef struct {
     Confirm confirm;
 } Walk;
 
-static inline void confirm_init(Confirm *c, const MeshPrim *mesh, const Ray *ray, double scale)
+static inline void confirm_init(Confirm *c, const MeshPrim *mesh, const Ray *ray, FilterRay filter)
 {
     c->mesh = mesh;
     c->ray = ray;
     c->sheared = false;
     c->found = false;
     c->tmax = ray->tmax;
-    c->filter = (FilterRay){{(float)ray->o.x, (float)ray->o.y, (float)ray->o.z},
-                            {(float)(ray->d.x * scale), (float)(ray->d.y * scale), (float)(ray->d.z * scale)},
-                            (float)vec3_max(vec3_abs(ray->o)) + mesh->reach};
+    c->filter = filter;
 }
 
 static inline void walk_init(Walk *w, const MeshPrim *mesh, const Ray *ray)
 {
     slab_ray_init(&w->slab, ray);
     w->tmax_slab = slab_t_up(&w->slab, ray->tmax);
-    confirm_init(&w->confirm, mesh, ray, w->slab.scale);
+    double scale = w->slab.scale;
+    FilterRay filter = {{(float)ray->o.x, (float)ray->o.y, (float)ray->o.z},
+                        {(float)(ray->d.x * scale), (float)(ray->d.y * scale), (float)(ray->d.z * scale)},
+                        slab_up((float)vec3_max(vec3_abs(ray->o))) + mesh->reach};
+    confirm_init(&w->confirm, mesh, ray, filter);
 }
 
 /* The triangles of the block that the ray may hit with 0 <= t <= tmax, in the slabs' units (`line`: with any t), as a
@@ -324,7 +326,13 @@ static bool any_leaf_many(void *context, uint32_t block, uint32_t count, uint64_
 static void packet_walk_init(PacketWalk *w, const MeshPrim *mesh, const Ray *const *ray, uint32_t n)
 {
     packet_init(&w->packet, ray, n);
-    for (uint32_t i = 0; i < n; i++) confirm_init(&w->confirm[i], mesh, ray[i], 1 / w->packet.per_scale[i]);
+    const SlabPacket *p = &w->packet;
+    for (uint32_t i = 0; i < n; i++) {
+        FilterRay filter = {{p->o[0][i], p->o[1][i], p->o[2][i]},
+                            {p->d[0][i], p->d[1][i], p->d[2][i]},
+                            p->reach[i] + mesh->reach};
+        confirm_init(&w->confirm[i], mesh, ray[i], filter);
+    }
     w->alive = packet_all(n);
 }
 

@@ -18,6 +18,6 @@ typedef struct {
     Affine to_world, to_object;
 } BakedMesh;
 
-Prim *mesh_prim_bake(const BakedMesh *mesh, uint32_t count, Err *err);
+Prim *mesh_prim_bake(const BakedMesh *baked, uint32_t count, Err *err);
 
 #endif

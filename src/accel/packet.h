@@ -14,39 +14,25 @@ enum {
     PACKET_FEW = 4,  /* rays for which a node of their own is cheaper than the packet's test */
 };
 
-/* SlabRays of one octant, as arrays. */
+/* SlabRays of one octant, as arrays, and the rays themselves in float, directions in the slabs' units. */
 typedef struct {
-    _Alignas(64) float o_near[3][PACKET];
-    float o_far[3][PACKET], r_near[3][PACKET], r_far[3][PACKET], tmin[PACKET], tmax[PACKET];
-    double per_scale[PACKET];
+    _Alignas(64) float o[3][PACKET];
+    float d[3][PACKET], reach[PACKET];  /* reach: the origin's greatest coordinate */
+    float o_near[3][PACKET], o_far[3][PACKET], r_near[3][PACKET], r_far[3][PACKET], tmin[PACKET], tmax[PACKET];
+    double scale[PACKET], per_scale[PACKET];
     uint32_t negative[3], count;
     /* The extremes over the rays: of the origins that give the earliest entry and the latest exit, of the reciprocals. */
     float first_o[3], last_o[3], near_low[3], near_high[3], far_low[3], far_high[3], tmin_all, tmax_all;
 } SlabPacket;
 
-/* The octant of a direction as the slabs see it: bit a for a negative component a. */
 static inline uint32_t slab_octant(Vec3 d)
 {
-    double s = vec3_pow2_scale(d);
-    return (uint32_t)((float)(d.x * s) < 0) | (uint32_t)((float)(d.y * s) < 0) << 1 | (uint32_t)((float)(d.z * s) < 0) << 2;
-}
-
-static inline void packet_set(SlabPacket *p, uint32_t i, const SlabRay *r, float tmin, float tmax)
-{
-    for (int a = 0; a < 3; a++) {
-        p->o_near[a][i] = r->o_near[a];
-        p->o_far[a][i] = r->o_far[a];
-        p->r_near[a][i] = r->r_near[a];
-        p->r_far[a][i] = r->r_far[a];
-    }
-    p->tmin[i] = tmin;
-    p->tmax[i] = tmax;
-    p->per_scale[i] = r->per_scale;
+    return (uint32_t)(d.x < 0) | (uint32_t)(d.y < 0) << 1 | (uint32_t)(d.z < 0) << 2;
 }
 
 static inline SlabRay packet_get(const SlabPacket *p, uint32_t i)
 {
-    SlabRay r = {.scale = 1 / p->per_scale[i], .per_scale = p->per_scale[i]};
+    SlabRay r = {.scale = p->scale[i], .per_scale = p->per_scale[i]};
     for (int a = 0; a < 3; a++) {
         r.o_near[a] = p->o_near[a][i];
         r.o_far[a] = p->o_far[a][i];
@@ -57,12 +43,8 @@ static inline SlabRay packet_get(const SlabPacket *p, uint32_t i)
     return r;
 }
 
-static inline float packet_least(const float *x, uint32_t n)
-{
-    float m = x[0];
-    for (uint32_t i = 1; i < n; i++) m = x[i] < m ? x[i] : m;
-    return m;
-}
+static inline float float4_least(Float4 a) { return fminf(fminf(a[0], a[1]), fminf(a[2], a[3])); }
+static inline float float4_greatest(Float4 a) { return fmaxf(fmaxf(a[0], a[1]), fmaxf(a[2], a[3])); }
 
 static inline float packet_greatest(const float *x, uint32_t n)
 {
@@ -71,31 +53,71 @@ static inline float packet_greatest(const float *x, uint32_t n)
     return m;
 }
 
-/* Fills it from n (1 to PACKET) rays of one octant. */
-static inline void packet_init(SlabPacket *p, const Ray *const *ray, uint32_t n)
+/* slab_ray_init for one axis of all the rays, and their extremes. */
+static inline void packet_init_axis(SlabPacket *p, int a)
+{
+    bool back = p->negative[a];
+    Float4 least_o = float4_set(INFINITY), most_o = -least_o, near_low = least_o, near_high = most_o;
+    Float4 far_low = least_o, far_high = most_o;
+    for (uint32_t i = 0; i < p->count; i += PACKET_LANES) {
+        Float4 o = float4_load(p->o[a] + i), d = float4_load(p->d[a] + i);
+        Float4 around = float4_abs(o) * 0x1p-23f + 0x1p-126f;
+        Int4 parallel = float4_abs(d) < SLAB_PARALLEL;
+        around += (Float4)((Int4)(float4_load(p->reach + i) * SLAB_SLACK) & parallel);
+        d = (Float4)(((Int4)float4_set(back ? -SLAB_PARALLEL : SLAB_PARALLEL) & parallel) | ((Int4)d & ~parallel));
+        Float4 low = o - around, high = o + around, rcp = 1.0f / d;
+        Float4 near = rcp * (1 - SLAB_MARGIN), far = rcp * (1 + SLAB_MARGIN);
+        *(Float4 *)(p->o_near[a] + i) = back ? low : high;
+        *(Float4 *)(p->o_far[a] + i) = back ? high : low;
+        *(Float4 *)(p->r_near[a] + i) = near;
+        *(Float4 *)(p->r_far[a] + i) = far;
+        least_o = float4_min(least_o, low);
+        most_o = float4_max(most_o, high);
+        near_low = float4_min(near_low, near);
+        near_high = float4_max(near_high, near);
+        far_low = float4_min(far_low, far);
+        far_high = float4_max(far_high, far);
+    }
+    /* earliest entry: the origin farthest along the axis' sense; latest exit: the one farthest back */
+    float least = float4_least(least_o), most = float4_greatest(most_o);
+    p->first_o[a] = back ? least : most;
+    p->last_o[a] = back ? most : least;
+    p->near_low[a] = float4_least(near_low);
+    p->near_high[a] = float4_greatest(near_high);
+    p->far_low[a] = float4_least(far_low);
+    p->far_high[a] = float4_greatest(far_high);
+}
+
+/* Fills it from n (1 to PACKET) rays of one octant. Lanes up to the next multiple of PACKET_LANES repeat the first ray
+ * and meet nothing. */
+static inline void packet_init(SlabPacket *p, const Ray *const *rays, uint32_t n)
 {
     p->count = n;
-    for (uint32_t i = 0; i < n; i++) {
-        SlabRay r;
-        slab_ray_init(&r, ray[i]);
-        float tmin = slab_t_down(&r, ray[i]->tmin);
-        packet_set(p, i, &r, tmin > 0 ? tmin : 0, slab_t_up(&r, ray[i]->tmax));
-        if (i == 0)
-            for (int a = 0; a < 3; a++) p->negative[a] = r.negative[a];
+    p->tmin_all = INFINITY;
+    p->tmax_all = -INFINITY;
+    for (uint32_t i = 0; i < n || i % PACKET_LANES; i++) {
+        const Ray *ray = rays[i < n ? i : 0];
+        double scale = vec3_pow2_scale(ray->d), per_scale = 1 / scale;
+        p->scale[i] = scale;
+        p->per_scale[i] = per_scale;
+        p->reach[i] = slab_up((float)vec3_max(vec3_abs(ray->o)));
+        p->o[0][i] = (float)ray->o.x;
+        p->o[1][i] = (float)ray->o.y;
+        p->o[2][i] = (float)ray->o.z;
+        p->d[0][i] = (float)(ray->d.x * scale);
+        p->d[1][i] = (float)(ray->d.y * scale);
+        p->d[2][i] = (float)(ray->d.z * scale);
+        float tmin = slab_down((float)(ray->tmin * per_scale)), tmax = slab_up((float)(ray->tmax * per_scale));
+        p->tmin[i] = i < n ? (tmin > 0 ? tmin : 0) : INFINITY;
+        p->tmax[i] = i < n ? tmax : -INFINITY;
+        if (p->tmin[i] < p->tmin_all) p->tmin_all = p->tmin[i];
+        if (p->tmax[i] > p->tmax_all) p->tmax_all = p->tmax[i];
     }
-    SlabRay none = packet_get(p, 0);
-    for (uint32_t i = n; i % PACKET_LANES; i++) packet_set(p, i, &none, INFINITY, -INFINITY);
+    uint32_t octant = slab_octant(rays[0]->d);
     for (int a = 0; a < 3; a++) {
-        bool back = p->negative[a];
-        p->first_o[a] = back ? packet_least(p->o_near[a], n) : packet_greatest(p->o_near[a], n);
-        p->last_o[a] = back ? packet_greatest(p->o_far[a], n) : packet_least(p->o_far[a], n);
-        p->near_low[a] = packet_least(p->r_near[a], n);
-        p->near_high[a] = packet_greatest(p->r_near[a], n);
-        p->far_low[a] = packet_least(p->r_far[a], n);
-        p->far_high[a] = packet_greatest(p->r_far[a], n);
+        p->negative[a] = octant >> a & 1;
+        packet_init_axis(p, a);
     }
-    p->tmin_all = packet_least(p->tmin, n);
-    p->tmax_all = packet_greatest(p->tmax, n);
 }
 
 /* Takes the rays of one octant out of *left (bits below n) and lists them; returns how many. */

@@ -41,15 +41,15 @@ static inline __attribute__((always_inline)) void slab_ray_init(SlabRay *r, cons
     for (int a = 0; a < 3; a++) {
         float of = (float)o[a], df = (float)(d[a] * r->scale);
         float low = slab_down(of), high = slab_up(of);
+        r->negative[a] = d[a] < 0;
         if (fabsf(df) < SLAB_PARALLEL) {
-            df = copysignf(SLAB_PARALLEL, df);
+            df = r->negative[a] ? -SLAB_PARALLEL : SLAB_PARALLEL;
             low -= SLAB_SLACK * reach;
             high += SLAB_SLACK * reach;
         }
         float rcp = 1.0f / df;
-        r->negative[a] = df < 0;
-        r->o_near[a] = df < 0 ? low : high;
-        r->o_far[a] = df < 0 ? high : low;
+        r->o_near[a] = r->negative[a] ? low : high;
+        r->o_far[a] = r->negative[a] ? high : low;
         r->r_near[a] = rcp * (1 - SLAB_MARGIN);
         r->r_far[a] = rcp * (1 + SLAB_MARGIN);
     }

@@ -184,8 +184,8 @@ static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *s
 }
 
 static const PrimOps OPS = {
-    .name = "cone", .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect, .segments = segments,
-    .surface = surface,
+    .name = "cone", .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect,
+    .segments = segments, .surface = surface,
 };
 
 Prim *cone_create(void)

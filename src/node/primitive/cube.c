@@ -34,8 +34,8 @@ static bool guess(const Ray *ray, Guess *g)
     if (last - first > slack) return false;
     g->t[0] = last;
     g->t[1] = first;
-    g->part[0] = last == in.x ? (d.x < 0) : last == in.y ? 2 + (d.y < 0) : 4 + (d.z < 0);
-    g->part[1] = first == out.x ? !(d.x < 0) : first == out.y ? 2 + !(d.y < 0) : 4 + !(d.z < 0);
+    g->part[0] = (uint32_t)(last == in.x ? (d.x < 0) : last == in.y ? 2 + (d.y < 0) : 4 + (d.z < 0));
+    g->part[1] = (uint32_t)(first == out.x ? !(d.x < 0) : first == out.y ? 2 + !(d.y < 0) : 4 + !(d.z < 0));
     g->slack = slack;
     g->sure = first - last > slack;
     return true;

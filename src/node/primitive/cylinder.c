@@ -148,8 +148,8 @@ static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *s
 }
 
 static const PrimOps OPS = {
-    .name = "cylinder", .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect, .segments = segments,
-    .surface = surface,
+    .name = "cylinder", .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect,
+    .segments = segments, .surface = surface,
 };
 
 Prim *cylinder_create(void)

@@ -96,8 +96,8 @@ static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *s
 }
 
 static const PrimOps OPS = {
-    .name = "sphere", .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect, .segments = segments,
-    .surface = surface,
+    .name = "sphere", .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect,
+    .segments = segments, .surface = surface,
 };
 
 Prim *sphere_create(void)

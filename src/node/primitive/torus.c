@@ -280,8 +280,8 @@ static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *s
 }
 
 static const PrimOps OPS = {
-    .name = "torus", .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect, .segments = segments,
-    .surface = surface,
+    .name = "torus", .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect,
+    .segments = segments, .surface = surface,
 };
 
 Prim *torus_create(double minor)
