@@ -9,14 +9,20 @@
 #include "common/scratch.h"
 #include "scene/world.h"
 
-typedef struct {
+typedef struct Kernel {
     const char *name;
     void (*intersect)(const World *world, const Ray *rays, Hit *hits, size_t n, Scratch *scratch);
     void (*occluded)(const World *world, const Ray *rays, bool *blocked, size_t n, Scratch *scratch);
 } Kernel;
 
 extern const Kernel kernel_scalar;  /* one ray at a time */
-extern const Kernel kernel_packet;  /* up to 64 rays of one octant at a time */
+extern const Kernel kernel_packet;  /* up to 64 rays of one octant at a time, with the baseline's vectors */
+#if defined(__x86_64__)
+extern const Kernel kernel_avx2;    /* the same for processors with AVX2 */
+#endif
+
+/* The fastest that this machine's processor can run. */
+const Kernel *kernel_best(void);
 
 /* The ray in the object's space, its t unchanged. */
 Ray ray_to_object(const Object *object, const Ray *ray);

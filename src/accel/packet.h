@@ -1,18 +1,54 @@
 /* Walking a Bvh with up to 64 rays at a time: a node is fetched once for all, and a child that no ray of the packet can
  * meet is found out by one test of the intervals that their origins and directions span (Wald, Benthin, Boulos, "Getting
  * rid of packets", 2008; Boulos et al., "Packet-based Whitted and distribution ray tracing", 2007). What is left is
- * tested ray by ray, four at once; subtrees that only few rays meet are walked by each alone. Boxes are as generous as
+ * tested ray by ray, several at once; subtrees that only few rays meet are walked by each alone. Boxes are as generous as
  * those of traverse.h, so a ray's hit doesn't depend on its company. */
 #ifndef RT_ACCEL_PACKET_H
 #define RT_ACCEL_PACKET_H
 
 #include "accel/traverse.h"
 
+/* PACKET_LANES, 4 or 8, comes from the kernel that includes this: as many floats as its instruction set takes at once. */
 enum {
     PACKET = 64,
-    PACKET_LANES = 4,
+    PACKET_LANES_MASK = (1 << PACKET_LANES) - 1,
     PACKET_FEW = 4,  /* rays for which a node of their own is cheaper than the packet's test */
 };
+
+#if PACKET_LANES == 8
+typedef float Lanes __attribute__((vector_size(32), may_alias));
+typedef int32_t LaneMask __attribute__((vector_size(32), may_alias));
+
+static inline Lanes lanes_set(float x) { return (Lanes){x, x, x, x, x, x, x, x}; }
+static inline Lanes lanes_min(Lanes a, Lanes b) { return __builtin_ia32_minps256(a, b); }
+static inline Lanes lanes_max(Lanes a, Lanes b) { return __builtin_ia32_maxps256(a, b); }
+static inline uint32_t lanes_mask(LaneMask m) { return (uint32_t)__builtin_ia32_movmskps256((Lanes)m); }
+#else
+typedef Float4 Lanes;
+typedef Int4 LaneMask;
+
+static inline Lanes lanes_set(float x) { return float4_set(x); }
+static inline Lanes lanes_min(Lanes a, Lanes b) { return float4_min(a, b); }
+static inline Lanes lanes_max(Lanes a, Lanes b) { return float4_max(a, b); }
+static inline uint32_t lanes_mask(LaneMask m) { return int4_mask(m); }
+#endif
+
+static inline Lanes lanes_load(const float *p) { return *(const Lanes *)p; }
+static inline Lanes lanes_abs(Lanes a) { return (Lanes)((LaneMask)a & 0x7fffffff); }
+
+static inline float lanes_least(Lanes a)
+{
+    float m = a[0];
+    for (int i = 1; i < PACKET_LANES; i++) m = a[i] < m ? a[i] : m;
+    return m;
+}
+
+static inline float lanes_greatest(Lanes a)
+{
+    float m = a[0];
+    for (int i = 1; i < PACKET_LANES; i++) m = a[i] > m ? a[i] : m;
+    return m;
+}
 
 /* SlabRays of one octant, as arrays, and the rays themselves in float, directions in the slabs' units. */
 typedef struct {
@@ -43,9 +79,6 @@ static inline SlabRay packet_get(const SlabPacket *p, uint32_t i)
     return r;
 }
 
-static inline float float4_least(Float4 a) { return fminf(fminf(a[0], a[1]), fminf(a[2], a[3])); }
-static inline float float4_greatest(Float4 a) { return fmaxf(fmaxf(a[0], a[1]), fmaxf(a[2], a[3])); }
-
 static inline float packet_greatest(const float *x, uint32_t n)
 {
     float m = x[0];
@@ -57,35 +90,35 @@ static inline float packet_greatest(const float *x, uint32_t n)
 static inline void packet_init_axis(SlabPacket *p, int a)
 {
     bool back = p->negative[a];
-    Float4 least_o = float4_set(INFINITY), most_o = -least_o, near_low = least_o, near_high = most_o;
-    Float4 far_low = least_o, far_high = most_o;
+    Lanes least_o = lanes_set(INFINITY), most_o = -least_o, near_low = least_o, near_high = most_o;
+    Lanes far_low = least_o, far_high = most_o;
     for (uint32_t i = 0; i < p->count; i += PACKET_LANES) {
-        Float4 o = float4_load(p->o[a] + i), d = float4_load(p->d[a] + i);
-        Float4 around = float4_abs(o) * 0x1p-23f + 0x1p-126f;
-        Int4 parallel = float4_abs(d) < SLAB_PARALLEL;
-        around += (Float4)((Int4)(float4_load(p->reach + i) * SLAB_SLACK) & parallel);
-        d = (Float4)(((Int4)float4_set(back ? -SLAB_PARALLEL : SLAB_PARALLEL) & parallel) | ((Int4)d & ~parallel));
-        Float4 low = o - around, high = o + around, rcp = 1.0f / d;
-        Float4 near = rcp * (1 - SLAB_MARGIN), far = rcp * (1 + SLAB_MARGIN);
-        *(Float4 *)(p->o_near[a] + i) = back ? low : high;
-        *(Float4 *)(p->o_far[a] + i) = back ? high : low;
-        *(Float4 *)(p->r_near[a] + i) = near;
-        *(Float4 *)(p->r_far[a] + i) = far;
-        least_o = float4_min(least_o, low);
-        most_o = float4_max(most_o, high);
-        near_low = float4_min(near_low, near);
-        near_high = float4_max(near_high, near);
-        far_low = float4_min(far_low, far);
-        far_high = float4_max(far_high, far);
+        Lanes o = lanes_load(p->o[a] + i), d = lanes_load(p->d[a] + i);
+        Lanes around = lanes_abs(o) * 0x1p-23f + 0x1p-126f;
+        LaneMask parallel = lanes_abs(d) < SLAB_PARALLEL;
+        around += (Lanes)((LaneMask)(lanes_load(p->reach + i) * SLAB_SLACK) & parallel);
+        d = (Lanes)(((LaneMask)lanes_set(back ? -SLAB_PARALLEL : SLAB_PARALLEL) & parallel) | ((LaneMask)d & ~parallel));
+        Lanes low = o - around, high = o + around, rcp = 1.0f / d;
+        Lanes near = rcp * (1 - SLAB_MARGIN), far = rcp * (1 + SLAB_MARGIN);
+        *(Lanes *)(p->o_near[a] + i) = back ? low : high;
+        *(Lanes *)(p->o_far[a] + i) = back ? high : low;
+        *(Lanes *)(p->r_near[a] + i) = near;
+        *(Lanes *)(p->r_far[a] + i) = far;
+        least_o = lanes_min(least_o, low);
+        most_o = lanes_max(most_o, high);
+        near_low = lanes_min(near_low, near);
+        near_high = lanes_max(near_high, near);
+        far_low = lanes_min(far_low, far);
+        far_high = lanes_max(far_high, far);
     }
     /* earliest entry: the origin farthest along the axis' sense; latest exit: the one farthest back */
-    float least = float4_least(least_o), most = float4_greatest(most_o);
+    float least = lanes_least(least_o), most = lanes_greatest(most_o);
     p->first_o[a] = back ? least : most;
     p->last_o[a] = back ? most : least;
-    p->near_low[a] = float4_least(near_low);
-    p->near_high[a] = float4_greatest(near_high);
-    p->far_low[a] = float4_least(far_low);
-    p->far_high[a] = float4_greatest(far_high);
+    p->near_low[a] = lanes_least(near_low);
+    p->near_high[a] = lanes_greatest(near_high);
+    p->far_low[a] = lanes_least(far_low);
+    p->far_high[a] = lanes_greatest(far_high);
 }
 
 /* Fills it from n (1 to PACKET) rays of one octant. Lanes up to the next multiple of PACKET_LANES repeat the first ray
@@ -146,19 +179,19 @@ static inline void packet_shorten(SlabPacket *p, uint32_t i, double t)
 /* The children that some ray might meet, and bounds on their entry distances: differences and products are monotonic,
  * rounded ones too, so the extremes bound every ray's own test. */
 static inline __attribute__((always_inline)) uint32_t packet_children(const BvhNode *node, const SlabPacket *p,
-                                                                      Float4 entry[BVH_WIDTH / 4])
+                                                                      Lanes entry[BVH_WIDTH / PACKET_LANES])
 {
     uint32_t mask = 0;
-    for (int i = 0; i < BVH_WIDTH / 4; i++) {
-        Float4 enter = float4_set(p->tmin_all), leave = float4_set(p->tmax_all);
+    for (int i = 0; i < BVH_WIDTH / PACKET_LANES; i++) {
+        Lanes enter = lanes_set(p->tmin_all), leave = lanes_set(p->tmax_all);
         for (int a = 0; a < 3; a++) {
-            Float4 lo = float4_load(node->lo[a] + 4 * i), hi = float4_load(node->hi[a] + 4 * i);
-            Float4 near = (p->negative[a] ? hi : lo) - p->first_o[a], far = (p->negative[a] ? lo : hi) - p->last_o[a];
-            enter = float4_max(enter, float4_min(near * p->near_low[a], near * p->near_high[a]));
-            leave = float4_min(leave, float4_max(far * p->far_low[a], far * p->far_high[a]));
+            Lanes lo = lanes_load(node->lo[a] + PACKET_LANES * i), hi = lanes_load(node->hi[a] + PACKET_LANES * i);
+            Lanes near = (p->negative[a] ? hi : lo) - p->first_o[a], far = (p->negative[a] ? lo : hi) - p->last_o[a];
+            enter = lanes_max(enter, lanes_min(near * p->near_low[a], near * p->near_high[a]));
+            leave = lanes_min(leave, lanes_max(far * p->far_low[a], far * p->far_high[a]));
         }
         entry[i] = enter;
-        mask |= int4_mask(enter <= leave) << (4 * i);
+        mask |= lanes_mask(enter <= leave) << (PACKET_LANES * i);
     }
     return mask;
 }
@@ -167,24 +200,24 @@ static inline __attribute__((always_inline)) uint32_t packet_children(const BvhN
 static inline __attribute__((always_inline)) uint64_t packet_lanes(const SlabPacket *p, const BvhNode *node, int k,
                                                                    uint64_t rays)
 {
-    Float4 near[3], far[3];
+    Lanes near[3], far[3];
     for (int a = 0; a < 3; a++) {
         float lo = node->lo[a][k], hi = node->hi[a][k];
-        near[a] = float4_set(p->negative[a] ? hi : lo);
-        far[a] = float4_set(p->negative[a] ? lo : hi);
+        near[a] = lanes_set(p->negative[a] ? hi : lo);
+        far[a] = lanes_set(p->negative[a] ? lo : hi);
     }
     uint64_t met = 0;
     for (uint32_t at = 0; at < p->count; at += PACKET_LANES) {
-        if (!(rays >> at & 0xf)) continue;
-        Float4 x = (near[0] - float4_load(p->o_near[0] + at)) * float4_load(p->r_near[0] + at);
-        Float4 y = (near[1] - float4_load(p->o_near[1] + at)) * float4_load(p->r_near[1] + at);
-        Float4 z = (near[2] - float4_load(p->o_near[2] + at)) * float4_load(p->r_near[2] + at);
-        Float4 enter = float4_max(float4_max(x, y), float4_max(z, float4_load(p->tmin + at)));
-        x = (far[0] - float4_load(p->o_far[0] + at)) * float4_load(p->r_far[0] + at);
-        y = (far[1] - float4_load(p->o_far[1] + at)) * float4_load(p->r_far[1] + at);
-        z = (far[2] - float4_load(p->o_far[2] + at)) * float4_load(p->r_far[2] + at);
-        Float4 leave = float4_min(float4_min(x, y), float4_min(z, float4_load(p->tmax + at)));
-        met |= (uint64_t)int4_mask(enter <= leave) << at;
+        if (!(rays >> at & PACKET_LANES_MASK)) continue;
+        Lanes x = (near[0] - lanes_load(p->o_near[0] + at)) * lanes_load(p->r_near[0] + at);
+        Lanes y = (near[1] - lanes_load(p->o_near[1] + at)) * lanes_load(p->r_near[1] + at);
+        Lanes z = (near[2] - lanes_load(p->o_near[2] + at)) * lanes_load(p->r_near[2] + at);
+        Lanes enter = lanes_max(lanes_max(x, y), lanes_max(z, lanes_load(p->tmin + at)));
+        x = (far[0] - lanes_load(p->o_far[0] + at)) * lanes_load(p->r_far[0] + at);
+        y = (far[1] - lanes_load(p->o_far[1] + at)) * lanes_load(p->r_far[1] + at);
+        z = (far[2] - lanes_load(p->o_far[2] + at)) * lanes_load(p->r_far[2] + at);
+        Lanes leave = lanes_min(lanes_min(x, y), lanes_min(z, lanes_load(p->tmax + at)));
+        met |= (uint64_t)lanes_mask(enter <= leave) << at;
     }
     return met & rays;
 }
@@ -244,11 +277,11 @@ static inline __attribute__((always_inline)) void packet_walk(
             continue;
         }
         const BvhNode *node = &bvh->node[now.child];
-        Float4 entry[BVH_WIDTH / 4];
+        Lanes entry[BVH_WIDTH / PACKET_LANES];
         uint32_t bottom = top;
         for (uint32_t mask = packet_children(node, p, entry); mask; mask &= mask - 1) {
             int k = __builtin_ctz(mask);
-            PacketTask task = {packet_lanes(p, node, k, now.rays), entry[k / 4][k % 4], node->child[k], node->count[k]};
+            PacketTask task = {packet_lanes(p, node, k, now.rays), entry[k / PACKET_LANES][k % PACKET_LANES], node->child[k], node->count[k]};
             if (!task.rays) continue;
             uint32_t i = top++;
             while (i > bottom && stack[i - 1].entry < task.entry) {

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "accel/kernel.h"
 #include "accel/mesh_prim.h"
 #include "common/cpu.h"
 #include "common/memory.h"
@@ -680,6 +681,7 @@ static bool compile(Compile *c, World *world)
     if (!build_bvh(c, world) || !make_shadings(c, world)) return false;
     if (!place_camera(c, world) || !place_lights(c, world)) return false;
     c->stats->objects = c->object_count;
+    world->kernel = kernel_best();
     world->objects = c->objects;
     world->object_count = (uint32_t)c->object_count;
     return true;

@@ -42,7 +42,10 @@ enum {
     FEATURE_ALL = (1 << 3) - 1,
 };
 
+struct Kernel;
+
 typedef struct World {
+    const struct Kernel *kernel;  /* what traces its rays: kernel_best, or another for a test */
     const Object *objects;
     uint32_t object_count;
     Bvh bvh;                 /* over the objects' boxes */

@@ -36,11 +36,6 @@ struct PrimOps {
     /* Any hit with tmin < t <= tmax. NULL: by way of intersect. */
     bool (*occluded)(const Prim *, const Ray *, Scratch *);
 
-    /* The same for n <= 64 rays: bit i of the result is what intersect or occluded says of ray i, *hit[i] is filled
-     * accordingly. NULL: one by one. */
-    uint64_t (*intersect_many)(const Prim *, const Ray *ray, uint32_t n, Hit *hit, Scratch *);
-    uint64_t (*occluded_many)(const Prim *, const Ray *ray, uint32_t n, Scratch *);
-
     /* Every in/out pair along the whole line, t from -infinity to infinity, in order, appended to the list (tmin and
      * tmax are ignored). Only for closed primitives, NULL otherwise. False without memory. */
     bool (*segments)(const Prim *, const Ray *, SegList *);

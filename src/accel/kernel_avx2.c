@@ -1,0 +1,19 @@
+/* Packets with AVX2. Everything below is compiled for it; the kernel runs only where the processor has it. No product and
+ * sum are fused (-ffp-contract=off), and hits are decided by the same operations in double as in any other kernel. */
+#if defined(__x86_64__)
+#if defined(__clang__)
+#pragma clang attribute push(__attribute__((target("avx2"))), apply_to = function)
+#else
+#pragma GCC target("avx2")
+#endif
+
+#define PACKET_LANES 8
+
+#include "accel/packet_kernel.h"
+
+const Kernel kernel_avx2 = {"avx2", intersect, occluded};
+
+#if defined(__clang__)
+#pragma clang attribute pop
+#endif
+#endif
