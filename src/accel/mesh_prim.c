@@ -173,11 +173,18 @@ static Box mesh_prim_bounds_in(const Prim *prim, const Affine *map)
     const MeshPrim *mesh = (const MeshPrim *)prim;
     const Mesh *data = mesh->source[0].mesh;
     if (mesh->baked || data->position_count > SMALL_MESH) return affine_box(map, mesh->bounds);
-    Box box = box_empty();
-    Vec3 zero = {0, 0, 0};
-    for (uint32_t i = 0; i < data->position_count; i++)
-        box = box_union(box, affine_box_about(map, data->position[i], zero));
-    return box_overlap(box, affine_box(map, mesh->bounds));
+    Box box = box_empty(), whole = affine_box(map, mesh->bounds);
+    for (uint32_t i = 0; i < data->position_count; i++) {
+        Vec3 p = affine_point(map, data->position[i]);
+        box.lo = vec3_least(box.lo, p);
+        box.hi = vec3_most(box.hi, p);
+    }
+    /* No vertex rounds worse than the corner farthest out; the sum below rounds once more. */
+    Vec3 lo = vec3_abs(mesh->bounds.lo), hi = vec3_abs(mesh->bounds.hi), zero = {0, 0, 0};
+    Vec3 err = vec3_scale(affine_point_error(map, vec3_most(lo, hi), zero), 2);
+    box.lo = vec3_sub(box.lo, err);
+    box.hi = vec3_add(box.hi, err);
+    return box_overlap(box, whole);
 }
 
 static void texture_uv(const Mesh *mesh, uint32_t triangle, const double w[3], double *u, double *v)

@@ -22,6 +22,16 @@ static inline double vec3_max(Vec3 a)
     return m > a.z ? m : a.z;
 }
 
+static inline Vec3 vec3_least(Vec3 a, Vec3 b)
+{
+    return vec3_make(a.x < b.x ? a.x : b.x, a.y < b.y ? a.y : b.y, a.z < b.z ? a.z : b.z);
+}
+
+static inline Vec3 vec3_most(Vec3 a, Vec3 b)
+{
+    return vec3_make(a.x > b.x ? a.x : b.x, a.y > b.y ? a.y : b.y, a.z > b.z ? a.z : b.z);
+}
+
 static inline double vec3_length(Vec3 a) { return sqrt(vec3_dot(a, a)); }
 
 static inline Vec3 vec3_cross(Vec3 a, Vec3 b)
