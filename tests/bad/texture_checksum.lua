@@ -1,4 +1,4 @@
--- expect 3: tests/bad/texture_checksum.lua:5: tests/bad/png/checksum.png: invalid CRC encountered (checking CRC can be disabled)
+-- expect 3: tests/bad/texture_checksum.lua:3: tests/bad/png/checksum.png: invalid CRC encountered (checking CRC can be disabled)
 local root = gr.node('root')
 local n = gr.sphere('s'); n:set_material(gr.material({1, 1, 1}, {0, 0, 0}, 1)); n:add_texture('png/checksum.png')
 root:add_child(n)

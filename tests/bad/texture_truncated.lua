@@ -1,4 +1,4 @@
--- expect 3: tests/bad/texture_truncated.lua:5: tests/bad/png/truncated.png: the file is cut off
+-- expect 3: tests/bad/texture_truncated.lua:3: tests/bad/png/truncated.png: the file is cut off
 local root = gr.node('root')
 local n = gr.sphere('s'); n:set_material(gr.material({1, 1, 1}, {0, 0, 0}, 1)); n:add_texture('png/truncated.png')
 root:add_child(n)
