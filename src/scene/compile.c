@@ -6,6 +6,8 @@
  *   4. build   inverses, shadings, BVHs. */
 #include "scene/compile.h"
 
+#include <inttypes.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -161,9 +163,10 @@ static bool note_mesh(Compile *c, const Node *node)
     c->stats->triangles += mesh->triangle_count;
     c->stats->dropped_triangles += mesh->dropped;
     if (node->mesh->kind == MESH_FILE) c->stats->meshes_loaded++;
-    if (mesh->dropped && c->settings->warn) {
+    if (mesh->dropped && !node->mesh->told_dropped && c->settings->warn) {
         char text[512];
-        snprintf(text, sizeof text, "%swarning: mesh '%s': %u degenerate triangle%s left out", node->where, node->name,
+        node->mesh->told_dropped = true;
+        snprintf(text, sizeof text, "%smesh '%s': %" PRIu32 " degenerate triangle%s left out", node->where, node->name,
                  mesh->dropped, mesh->dropped == 1 ? "" : "s");
         c->settings->warn(c->settings->warn_context, text);
     }
@@ -388,8 +391,8 @@ static bool note_node(Compile *c, const Node *node)
 static bool add_object(Compile *c, const Node *node, const Affine *to_world)
 {
     if (c->object_count >= c->object_limit) {
-        err_set(c->err, ERR_LIMIT, "the scene has more than %llu objects, the limit by this machine's memory",
-                (unsigned long long)c->object_limit);
+        err_set(c->err, ERR_LIMIT, "the scene has more than %" PRIu64 " objects, the limit by this machine's memory",
+                c->object_limit);
         return err_prefix(c->err, node->where);
     }
     Geometry *g = geometry(c, node);
@@ -615,24 +618,18 @@ static bool place_objects(Compile *c, BoxF *box)
     return true;
 }
 
-static bool place_camera(Compile *c, World *world)
+static void place_camera(const Compile *c, World *world)
 {
     const RenderJob *job = c->job;
-    Vec3 forward = vec3_normalize(job->view), up = vec3_normalize(job->up);
-    Vec3 right = vec3_cross(forward, up);
-    if (!(vec3_max(vec3_abs(right)) > 1e-12)) {
-        err_set(c->err, ERR_SCENE, "the up direction is parallel to the view");
-        return err_prefix(c->err, job->where);
-    }
-    right = vec3_normalize(right);
-    up = vec3_cross(right, forward);
+    Vec3 forward = vec3_normalize(job->view);
+    Vec3 right = vec3_normalize(vec3_cross(forward, vec3_normalize(job->up)));
+    Vec3 up = vec3_cross(right, forward);
     double half = tan(job->fov_deg * (M_PI / 360));
     double aspect = (double)job->width / (double)job->height;
     world->camera.eye = vec3_scale(job->eye, ldexp(1, -world->exponent));
     world->camera.forward = forward;
     world->camera.right = vec3_scale(right, half * aspect);
     world->camera.up = vec3_scale(up, half);
-    return true;
 }
 
 static Vec3 vec3_ldexp(Vec3 a, int e) { return vec3_make(ldexp(a.x, e), ldexp(a.y, e), ldexp(a.z, e)); }
@@ -679,7 +676,8 @@ static bool compile(Compile *c, World *world)
     if (!push(c, c->job->root, &identity) || !walk(c, 0)) return false;
     if (!make_mesh_prims(c) || !scale_objects(c, world) || !bake(c)) return false;
     if (!build_bvh(c, world) || !make_shadings(c, world)) return false;
-    if (!place_camera(c, world) || !place_lights(c, world)) return false;
+    if (!place_lights(c, world)) return false;
+    place_camera(c, world);
     c->stats->objects = c->object_count;
     world->kernel = kernel_best();
     world->objects = c->objects;

@@ -61,6 +61,7 @@ typedef struct {
     struct { double width, height, length, roughness; uint32_t subdivisions; uint64_t seed; } mountain;
     Mesh *loaded;             /* NULL until needed; owned */
     Texture *height_bands;    /* MESH_MOUNTAIN: made with it; owned */
+    bool told_dropped;        /* a warning has told of its degenerate triangles */
     uint32_t index;           /* in order of creation, unique in the scene */
 } MeshSource;
 
