@@ -280,7 +280,7 @@ static bool parse_command_line(int argc, char **argv, CommandLine *line, Err *er
     }
     line->args = (const char *const *)argv + optind;
     line->arg_count = argc - optind;
-    return line->script || err_set(err, ERR_USAGE, "which scene?");
+    return line->script || err_set(err, ERR_USAGE, "no scene is given");
 }
 
 /* ---- what is printed ---- */

@@ -156,7 +156,7 @@ static int on_error(lua_State *L)
 {
     lua_settop(L, 1);
     if (push_raised(L)) return 1;
-    if (lua_type(L, 1) != LUA_TSTRING && !luaL_callmeta(L, 1, "__tostring"))
+    if (!lua_isstring(L, 1) && !luaL_callmeta(L, 1, "__tostring"))
         lua_pushfstring(L, "the script raised an error that is no text but %s",
                         lua_isnil(L, 1) ? "nil" : lua_pushfstring(L, "a %s value", luaL_typename(L, 1)));
     lua_Debug ar;
@@ -1281,9 +1281,7 @@ static int fixed_pairs(lua_State *L)
         lua_call(L, 1, 3);
         return 3;
     }
-    lua_getglobal(L, "next");
     lua_pushcfunction(L, fixed_next);
-    lua_replace(L, -2);
     lua_pushvalue(L, 1);
     lua_pushnil(L);
     return 3;

@@ -52,7 +52,7 @@ is "100 MB of one line: one line" "$(wc -l <"$TMP/err") $(cut -c1-$((${#TMP} + 1
 rm -f "$TMP/line.obj"
 
 # ---- the command line ----
-usage "no scene" "which scene?"
+usage "no scene" "no scene is given"
 usage "two scenes" "one scene at a time, not 'b.lua' too (words for the script stand after --)" a.lua b.lua
 usage "unknown option" "unknown option --smaples (did you mean --samples?)" --smaples 3 "$SCENE"
 usage "unknown option, nothing near" "unknown option --teapot" "$SCENE" --teapot=3
@@ -162,6 +162,13 @@ echo "print('hello') io.write('you\n') gr.sphere('s', 1, 2)" >"$TMP/print.lua"
 is "the script's words" "$? $(tr '\n' ' ' <"$TMP/out")" "0 hello you "
 is "warnings" "$(cat "$TMP/err")" "$TMP/print.lua:1: warning: gr.sphere: 2 surplus arguments ignored
 rt: warning: $TMP/print.lua never calls gr.render: there is no picture"
+cat >"$TMP/flat.lua" <<'LUA'
+local m = gr.mesh('m', {{0,0,0}, {1,0,0}, {0,1,0}, {2,0,0}}, {{0,1,2}, {0,1,3}})
+m:set_material(gr.material({1,1,1}, {0,0,0}, 1))
+for i = 1, 2 do m:render('flat.png', 8, 8, {0,0,5}, {0,0,-1}, {0,1,0}, 50, {1,1,1}, {gr.light({0,0,9}, {1,1,1}, {1,0,0})}) end
+LUA
+expect "degenerate triangles: one warning" 0 "$TMP/flat.lua:1: warning: mesh 'm': 1 degenerate triangle left out" \
+    --check "$TMP/flat.lua"
 if command -v script >/dev/null; then
     script -qec "$RT $SCENE --size 600x600 -s 16 -o $TMP/a.png" /dev/null >"$TMP/tty" 2>&1 </dev/null
     is "a terminal gets a progress bar" "$(grep -c '\[#* *\] .* %' "$TMP/tty")" 1

@@ -576,6 +576,7 @@ static void errors_of_lua_are_one_line_with_its_place(void **state)
     run_fails("error('two\\nlines')", ERR_SCENE, AT1 "two?lines");
     run_fails("error()", ERR_SCENE, AT1 "the script raised an error that is no text but nil");
     run_fails("error({})", ERR_SCENE, AT1 "the script raised an error that is no text but a table value");
+    run_fails("error(42)", ERR_SCENE, AT1 "42");
     run_fails("error(setmetatable({}, {__tostring = function() return 'mine' end}))", ERR_SCENE, AT1 "mine");
     run_fails("string.rep()", ERR_SCENE, AT1 "bad argument #1 to 'rep' (string expected, got no value)");
     run_fails("coroutine.wrap(function()\ngr.node() end)()", ERR_SCENE,
