@@ -1,12 +1,12 @@
 # rt: a Lua-scripted ray tracer. `make help` lists what there is.
 #   BUILD=release|debug|asan|tsan  picks flags and object folder; the release program is ./rt, others build/$(BUILD)/rt
-#   CC=gcc|clang  OPT=-O2  WERROR=1  V=1  JOBS=2  PREFIX=/usr/local
+#   CC=gcc|clang  OPT=-O3  WERROR=1  V=1  JOBS=2  PREFIX=/usr/local
 
 ifeq ($(origin CC),default)
 CC = gcc
 endif
 BUILD ?= release
-OPT ?= -O2
+OPT ?= -O3
 PREFIX ?= /usr/local
 JOBS ?= $(shell nproc)
 ifeq ($(MAKELEVEL),0)
@@ -121,7 +121,7 @@ help:
 	@echo 'make deps     install all packages (apt-get; elsewhere it says their names)'
 	@echo 'make install  to $(DESTDIR)$(PREFIX)/bin'
 	@echo 'make clean    remove all that was built'
-	@echo 'Settings: BUILD=release|debug|asan|tsan CC=gcc|clang OPT=-O2 WERROR=1 V=1 JOBS=N PREFIX=DIR'
+	@echo 'Settings: BUILD=release|debug|asan|tsan CC=gcc|clang OPT=-O3 WERROR=1 V=1 JOBS=N PREFIX=DIR'
 
 FORCE:
 .SECONDARY:

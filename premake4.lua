@@ -16,7 +16,7 @@ solution "rt"
         targetdir "build/premake"
 
         configuration "release"
-            buildoptions { "-O2" }
+            buildoptions { "-O3" }
             defines { "NDEBUG" }
             objdir "build/premake/obj/release"
 

@@ -252,7 +252,7 @@ static bool read_rule(Reader *r)
 {
     Grammar *g = r->grammar;
     uint32_t symbol;
-    double probability;
+    double probability = 0;
     if (r->token_count < 2) return token_error(r, r->token[0], "needs a probability and symbols");
     if (!parse_number(r, r->token[1], &probability)) return false;
     if (!(probability >= 0)) return token_error(r, r->token[1], "is no probability");
