@@ -98,6 +98,7 @@ expect "output folder missing" 4 "rt: can't write $TMP/none/x.png: No such file 
 expect "the script's output folder missing" 4 "$SCENE:10: can't write $TMP/none/scene1.png: No such file or directory" \
     "$SCENE" -- 1 "$TMP/none/"
 expect "output is a folder" 4 "rt: can't write $TMP/: Is a directory" "$SCENE" -o "$TMP/"
+is "into a pipe" "$("$RT" -q "$SCENE" -s 1 -o /dev/stdout | head -c 4 | tail -c 3)" PNG
 expect "disk full" 4 "rt: can't write /dev/full: No space left on device" "$SCENE" -o /dev/full
 expect "statistics folder missing" 4 "rt: can't write $TMP/none/s.json: No such file or directory" \
     "$SCENE" --stats "$TMP/none/s.json" -o "$TMP/never.png"

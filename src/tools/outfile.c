@@ -54,11 +54,13 @@ static bool follow_link(char **path)
     return true;
 }
 
-/* Follows the links at the end of *path, so that a rename replaces the file and not the link to it. */
+/* Follows the links at the end of *path, so that a rename replaces the file and not the link to it. A link to a pipe or
+ * a device stays: it is opened as it is, and /dev/stdout may point at nothing that has a name. */
 static bool follow_links(char **path)
 {
+    struct stat st;
+    if (stat(*path, &st) == 0 && !S_ISREG(st.st_mode)) return true;
     for (int i = 0; i < MAX_LINKS; i++) {
-        struct stat st;
         if (lstat(*path, &st) < 0) return errno == ENOENT;
         if (!S_ISLNK(st.st_mode)) return true;
         if (!follow_link(path)) return false;
