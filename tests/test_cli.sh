@@ -103,12 +103,19 @@ expect "disk full" 4 "rt: can't write /dev/full: No space left on device" "$SCEN
 expect "statistics folder missing" 4 "rt: can't write $TMP/none/s.json: No such file or directory" \
     "$SCENE" --stats "$TMP/none/s.json" -o "$TMP/never.png"
 is "nothing was rendered for them" "$(ls "$TMP/never.png" 2>/dev/null)" ""
-if [ "$(id -u)" != 0 ]; then
-    mkdir -p "$TMP/locked" && chmod 500 "$TMP/locked"
-    expect "read-only folder" 4 "rt: can't write $TMP/locked/x.png: Permission denied" "$SCENE" -o "$TMP/locked/x.png"
+mkdir -p "$TMP/locked" && echo old >"$TMP/locked/old.png" && chmod 444 "$TMP/locked/old.png" && chmod 500 "$TMP/locked"
+# Root may write anywhere, unless it gives that up.
+mortal=()
+[ "$(id -u)" != 0 ] || mortal=(setpriv --bounding-set -dac_override)
+if "${mortal[@]}" true 2>/dev/null && ! "${mortal[@]}" test -w "$TMP/locked"; then
+    for file in x.png old.png; do
+        "${mortal[@]}" "$RT" "$SCENE" -o "$TMP/locked/$file" 2>"$TMP/err"
+        is "read-only folder: $file" "$? $(cat "$TMP/err")" "4 rt: can't write $TMP/locked/$file: Permission denied"
+    done
 else
-    skip "read-only folder" "root may write anywhere"
+    skip "read-only folder" "this user may write anywhere"
 fi
+chmod 700 "$TMP/locked"
 echo old >"$TMP/old.png"
 (ulimit -f 1; "$RT" -q "$SCENE" --size 640x480 -o "$TMP/old.png" 2>"$TMP/err")
 is "file too large: status" $? 4
