@@ -1,6 +1,7 @@
 /* Errors as values: always one line, cut where it is too long. */
 #include "common/err.h"
 
+#include <errno.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -62,6 +63,18 @@ static void a_long_message_is_cut(void **state)
     assert_int_equal(strlen(err.text), sizeof err.text - 1);
 }
 
+static void a_system_call_has_its_reason(void **state)
+{
+    (void)state;
+    Err err = {ERR_NONE, ""};
+    assert_false(err_system(&err, ERR_OUTPUT, "write", "a.png", ENOSPC));
+    assert_int_equal(err.kind, ERR_OUTPUT);
+    assert_string_equal(err.text, "can't write a.png: No space left on device");
+    assert_false(err_system(&err, ERR_INPUT, "open", "a.obj", ENOMEM));
+    assert_int_equal(err.kind, ERR_LIMIT);
+    assert_string_equal(err.text, "can't open a.obj: Cannot allocate memory");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -69,6 +82,7 @@ int main(void)
         cmocka_unit_test(nobody_need_listen),
         cmocka_unit_test(a_message_is_one_line),
         cmocka_unit_test(a_long_message_is_cut),
+        cmocka_unit_test(a_system_call_has_its_reason),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

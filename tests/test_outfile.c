@@ -188,7 +188,7 @@ static void every_allocation_may_fail(void **state)
         assert_true(failed == !file);
         outfile_abandon(file);
         if (!failed) break;
-        assert_int_equal(err.kind, ERR_OUTPUT);
+        assert_int_equal(err.kind, ERR_LIMIT);
         assert_string_equal(err.text, "can't write " FOLDER "/a: Cannot allocate memory");
     }
 }

@@ -1,5 +1,6 @@
 #include "common/err.h"
 
+#include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -26,6 +27,11 @@ bool err_set(Err *err, ErrKind kind, const char *format, ...)
 bool err_memory(Err *err, const char *what)
 {
     return err_set(err, ERR_LIMIT, "out of memory for %s", what);
+}
+
+bool err_system(Err *err, ErrKind kind, const char *verb, const char *path, int error)
+{
+    return err_set(err, error == ENOMEM ? ERR_LIMIT : kind, "can't %s %s: %s", verb, path, strerror(error));
 }
 
 bool err_prefix(Err *err, const char *where)

@@ -26,6 +26,10 @@ bool err_set(Err *err, ErrKind kind, const char *format, ...) __attribute__((for
 /* The same for a failed allocation of `what`: kind ERR_LIMIT, "out of memory for WHAT". */
 bool err_memory(Err *err, const char *what);
 
+/* The same for a system call that failed with `error`, an errno: "can't open PATH: why" for the verb "open"; ENOMEM is
+ * of the kind ERR_LIMIT whatever `kind` is. */
+bool err_system(Err *err, ErrKind kind, const char *verb, const char *path, int error);
+
 /* Puts the place in front of the text: "scene.lua:41: " (as luaL_where writes it, or ""). */
 bool err_prefix(Err *err, const char *where);
 

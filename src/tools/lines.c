@@ -13,20 +13,15 @@
 #define FIRST_CAPACITY ((size_t)1 << 18)
 #define MAX_CAPACITY ((size_t)1 << 30)
 
-static bool cant_open(const char *path, int error, Err *err)
-{
-    return err_set(err, ERR_INPUT, "can't open %s: %s", path, strerror(error));
-}
-
 bool lines_open(Lines *lines, const char *path, bool continued, Err *err)
 {
     *lines = (Lines){.path = path, .continued = continued, .fd = -1};
     lines->fd = open(path, O_RDONLY | O_CLOEXEC);
-    if (lines->fd < 0) return cant_open(path, errno, err);
+    if (lines->fd < 0) return err_system(err, ERR_INPUT, "open", path, errno);
     struct stat st;
     if (fstat(lines->fd, &st) == 0 && S_ISDIR(st.st_mode)) {
         lines_close(lines);
-        return cant_open(path, EISDIR, err);
+        return err_system(err, ERR_INPUT, "open", path, EISDIR);
     }
     lines->capacity = FIRST_CAPACITY;
     lines->buffer = malloc(lines->capacity + 1);
@@ -66,7 +61,7 @@ static bool refill(Lines *lines, Err *err)
     ssize_t n;
     do n = read(lines->fd, lines->buffer + lines->end, lines->capacity - lines->end);
     while (n < 0 && errno == EINTR);
-    if (n < 0) return cant_open(lines->path, errno, err);
+    if (n < 0) return err_system(err, ERR_INPUT, "read", lines->path, errno);
     if (n == 0) lines->at_end = true;
     char *fresh = lines->buffer + lines->end;
     fresh[n] = '\0';

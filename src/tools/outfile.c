@@ -21,11 +21,6 @@ struct Outfile {
     mode_t mode;   /* of the target if it exists */
 };
 
-static bool cant_write(const char *path, int error, Err *err)
-{
-    return err_set(err, ERR_OUTPUT, "can't write %s: %s", path, strerror(error));
-}
-
 /* Length of the folder's part of a path, its last slash included. */
 static size_t folder_length(const char *path)
 {
@@ -125,7 +120,7 @@ Outfile *outfile_open(const char *path, Err *err)
 no_memory:
     errno = ENOMEM;
 fail:
-    cant_write(path, errno, err);
+    err_system(err, ERR_OUTPUT, "write", path, errno);
     outfile_abandon(file);
     return NULL;
 }
@@ -182,7 +177,7 @@ static bool write_direct(Outfile *file, const void *data, size_t size)
 bool outfile_commit(Outfile *file, const void *data, size_t size, Err *err)
 {
     bool ok = file->direct >= 0 ? write_direct(file, data, size) : replace(file, data, size);
-    if (!ok) cant_write(file->path, errno, err);
+    if (!ok) err_system(err, ERR_OUTPUT, "write", file->path, errno);
     outfile_abandon(file);
     return ok;
 }

@@ -11,7 +11,8 @@ typedef struct Outfile Outfile;
 
 /* Makes the temporary file and removes it again, so that a missing or read-only folder is found out before the work and
  * a program killed during the work leaves nothing behind. A path that is no regular file (/dev/null) is written directly;
- * through symbolic links the file at their end is written. NULL and *err (ERR_OUTPUT "can't write PATH: why"). */
+ * through symbolic links the file at their end is written. NULL and *err (ERR_OUTPUT "can't write PATH: why";
+ * ERR_LIMIT without memory). */
 Outfile *outfile_open(const char *path, Err *err);
 
 /* Writes the temporary file, syncs and renames it, and frees. False and *err (ERR_OUTPUT); the old file is untouched

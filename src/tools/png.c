@@ -32,11 +32,6 @@ enum {
     AREA_LIMIT = 1 << 28,
 };
 
-static bool cant_open(const char *path, int error, Err *err)
-{
-    return err_set(err, ERR_INPUT, "can't open %s: %s", path, strerror(error));
-}
-
 static bool lodepng_failed(const char *path, unsigned code, Err *err)
 {
     if (code == LODEPNG_NO_MEMORY) return err_memory(err, path);
@@ -64,7 +59,7 @@ static bool check_header(const char *path, const unsigned char *data, size_t siz
 static bool read_file(const char *path, unsigned char **data, size_t *size, size_t *most, Err *err)
 {
     FILE *file = fopen(path, "rb");
-    if (!file) return cant_open(path, errno, err);
+    if (!file) return err_system(err, ERR_INPUT, "open", path, errno);
     bool checked = false, ok = false;
     size_t capacity = FIRST_READ, used = 0;
     unsigned char *buffer = malloc(capacity);
@@ -76,7 +71,7 @@ static bool read_file(const char *path, unsigned char **data, size_t *size, size
         size_t got = fread(buffer + used, 1, capacity - used, file);
         used += got;
         if (ferror(file)) {
-            cant_open(path, errno, err);
+            err_system(err, ERR_INPUT, "open", path, errno);
             goto done;
         }
         if (!checked && !check_header(path, buffer, used, most, err)) goto done;
