@@ -237,6 +237,7 @@ static void push_chunk(lua_State *L, const char *path)
         fail_kind(L, ERR_INPUT, "can't %s", text);
     }
     lengthen_path(L, path);
+    if (place_length(lua_tostring(L, -1)) == 0) lua_pushfstring(L, "%s:1: %s", path, lua_tostring(L, -1));  /* bytecode */
     lua_error(L);
 }
 

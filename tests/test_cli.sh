@@ -94,6 +94,8 @@ is "version" "$("$RT" --version | grep -cE '^rt [0-9]+\.[0-9]+')" 1
 # ---- inputs and outputs that can't be ----
 expect "missing scene" 3 "rt: can't open $TMP/none.lua: No such file or directory" "$TMP/none.lua"
 expect "a folder as a scene" 3 "rt: can't read $TMP: Is a directory" "$TMP"
+printf '\33Lua' >"$TMP/bytecode.lua"
+expect "bytecode as a scene" 1 "$TMP/bytecode.lua:1: attempt to load a binary chunk (mode is 't')" "$TMP/bytecode.lua"
 expect "output folder missing" 4 "rt: can't write $TMP/none/x.png: No such file or directory" "$SCENE" -o "$TMP/none/x.png"
 expect "the script's output folder missing" 4 "$SCENE:10: can't write $TMP/none/scene1.png: No such file or directory" \
     "$SCENE" -- 1 "$TMP/none/"

@@ -10,6 +10,10 @@
 #include "common/scratch.h"
 
 struct World;
+struct Kernel;
+
+/* The fastest kernel that this machine's processor can run. */
+const struct Kernel *kernel_best(void);
 
 /* hits[i] gets the nearest hit of rays[i]; hits[i].object is HIT_NONE where there is none. Of several hits with the same
  * t the one of the least object, then the least part, wins. */

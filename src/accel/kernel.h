@@ -21,9 +21,6 @@ extern const Kernel kernel_packet;  /* up to 64 rays of one octant at a time, wi
 extern const Kernel kernel_avx2;    /* the same for processors with AVX2 */
 #endif
 
-/* The fastest that this machine's processor can run. */
-const Kernel *kernel_best(void);
-
 /* The ray in the object's space, its t unchanged. */
 Ray ray_to_object(const Object *object, const Ray *ray);
 

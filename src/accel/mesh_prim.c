@@ -227,8 +227,7 @@ static void mesh_surface(const Prim *prim, const Ray *ray, const Hit *hit, Surfa
     /* Weights, products and sums take 7 roundings (pbrt, 3rd ed., 3.9.4). A ray that leaves from here computes its t to
      * this triangle from differences of the vertices with about as many again, of twice the size; both are covered, or
      * it could meet the triangle at once. */
-    Vec3 size = vec3_make(fmax(fabs(a->x), fmax(fabs(b->x), fabs(c->x))), fmax(fabs(a->y), fmax(fabs(b->y), fabs(c->y))),
-                          fmax(fabs(a->z), fmax(fabs(b->z), fabs(c->z))));
+    Vec3 size = vec3_most(vec3_abs(*a), vec3_most(vec3_abs(*b), vec3_abs(*c)));
     double extent = vec3_max(size);
     s->p_err = vec3_scale(vec3_add(size, vec3_make(extent, extent, extent)), GAMMA(16));
     s->n = triangle_normal(a, b, c);

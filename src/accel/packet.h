@@ -281,7 +281,8 @@ static inline __attribute__((always_inline)) void packet_walk(
         uint32_t bottom = top;
         for (uint32_t mask = packet_children(node, p, entry); mask; mask &= mask - 1) {
             int k = __builtin_ctz(mask);
-            PacketTask task = {packet_lanes(p, node, k, now.rays), entry[k / PACKET_LANES][k % PACKET_LANES], node->child[k], node->count[k]};
+            float nearest = entry[k / PACKET_LANES][k % PACKET_LANES];
+            PacketTask task = {packet_lanes(p, node, k, now.rays), nearest, node->child[k], node->count[k]};
             if (!task.rays) continue;
             uint32_t i = top++;
             while (i > bottom && stack[i - 1].entry < task.entry) {

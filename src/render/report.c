@@ -37,11 +37,13 @@ void report_summary(const RenderReport *r, char *text, size_t size)
     const CompileStats *c = &r->compile;
     double wall_s = c->load_wall_s + c->compile_wall_s + c->bvh_wall_s + r->render.wall_s + r->encode.wall_s;
     double cpu_s = c->load_cpu_s + c->compile_cpu_s + c->bvh_cpu_s + r->render.cpu_s + r->encode.cpu_s;
+    uint64_t count = all_rays(&r->render);
     char rays[32];
-    format_count(all_rays(&r->render), rays, sizeof rays);
-    snprintf(text, size, "%s: %" PRIu32 " x %" PRIu32 ", %" PRIu32 " sample%s, %s rays in %.*f s (CPU %.*f s), %" PRIu32
+    format_count(count, rays, sizeof rays);
+    snprintf(text, size, "%s: %" PRIu32 " x %" PRIu32 ", %" PRIu32 " sample%s, %s ray%s in %.*f s (CPU %.*f s), %" PRIu32
              " thread%s", r->file, r->width, r->height, r->samples, r->samples == 1 ? "" : "s", rays,
-             wall_s < 1 ? 2 : 1, wall_s, cpu_s < 1 ? 2 : 1, cpu_s, r->render.threads, r->render.threads == 1 ? "" : "s");
+             count == 1 ? "" : "s", wall_s < 1 ? 2 : 1, wall_s, cpu_s < 1 ? 2 : 1, cpu_s, r->render.threads,
+             r->render.threads == 1 ? "" : "s");
 }
 
 /* ---- JSON ---- */

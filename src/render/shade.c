@@ -99,12 +99,13 @@ static inline __attribute__((always_inline)) void make_point(const World *world,
 /* What the light brings to the point if nothing is in its way, and the ray that finds that out; false if nothing. */
 static bool light_point(const Light *light, const Point *point, Rgb *brings, Ray *shadow)
 {
-    Vec3 to_light = vec3_sub(light->position, point->p), l = vec3_normalize(to_light);
+    Vec3 to_light = vec3_sub(light->position, point->p);
+    double d = vec3_length(to_light);
+    Vec3 l = d > 1e-100 && d < 1e100 ? vec3_scale(to_light, 1 / d) : vec3_normalize(to_light);
     double n_l = vec3_dot(point->n, l);
     if (!(n_l > 0)) return false;
     Vec3 r = vec3_sub(vec3_scale(point->n, 2 * n_l), l);
     double r_v = vec3_dot(r, point->v);
-    double d = vec3_length(to_light);
     double fall = light->falloff[0] + light->falloff[1] * d + light->falloff[2] * (d * d);
     Rgb share = point->material->ops->reflect_light(point->material, point->kd, (float)n_l, (float)r_v);
     *brings = glms_vec3_scale(glms_vec3_mul(share, light->colour), (float)(1 / fall));

@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "accel/kernel.h"
+#include "accel/accel.h"
 #include "accel/mesh_prim.h"
 #include "common/cpu.h"
 #include "common/memory.h"
