@@ -144,23 +144,6 @@ static void what_has_no_inverse(void **state)
     }
 }
 
-static void mirrors(void **state)
-{
-    (void)state;
-    Rng rng = rng_seed(SEED, 2);
-    for (int i = 0; i < 1000; i++) {
-        double s[3];
-        int negative = 0;
-        for (int k = 0; k < 3; k++) {
-            s[k] = ldexp(between(&rng, 1, 2), (int)(rng_u32(&rng) % 600) - 300) * (rng_u32(&rng) % 2 ? 1 : -1);
-            negative += s[k] < 0;
-        }
-        Affine scale = affine_scale(s[0], s[1], s[2]), turn = affine_rotate(i % 3, between(&rng, 0, 360));
-        Affine a = affine_mul(&turn, &scale);
-        assert_int_equal(affine_mirrors(&a), negative % 2);
-    }
-}
-
 static void powers_of_two(void **state)
 {
     (void)state;
@@ -234,7 +217,6 @@ int main(void)
         cmocka_unit_test(inverses),
         cmocka_unit_test(inverses_lose_nothing_by_scale),
         cmocka_unit_test(what_has_no_inverse),
-        cmocka_unit_test(mirrors),
         cmocka_unit_test(powers_of_two),
         cmocka_unit_test(error_bounds_hold),
         cmocka_unit_test(boxes_contain_their_images),

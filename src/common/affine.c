@@ -130,13 +130,6 @@ bool affine_inverse(const Affine *a, Affine *inverse)
     return true;
 }
 
-bool affine_mirrors(const Affine *a)
-{
-    double b[3][3];
-    int row[3], col[3];
-    return balance(a, b, row, col) && determinant(b) < 0;
-}
-
 Vec3 affine_point_error(const Affine *a, Vec3 p, Vec3 p_err)
 {
     Vec3 q = vec3_abs(p);

@@ -27,9 +27,6 @@ Affine affine_ldexp(const Affine *a, int exponent);
  * Rows and columns are balanced by powers of two first, so scales of 1e-150 or 1e150 lose nothing. */
 bool affine_inverse(const Affine *a, Affine *inverse);
 
-/* The sign of the determinant's balanced form is negative: the map mirrors. */
-bool affine_mirrors(const Affine *a);
-
 /* The smallest box around the image of a box, rounded outward. */
 Box affine_box(const Affine *a, Box box);
 

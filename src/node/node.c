@@ -46,8 +46,6 @@ void scene_destroy(Scene *scene)
     free(scene);
 }
 
-Arena *scene_arena(Scene *scene) { return scene->arena; }
-
 bool scene_own(Scene *scene, void *thing, void (*destroy)(void *thing))
 {
     Owned *o = arena_alloc(scene->arena, sizeof *o);

@@ -56,9 +56,6 @@ typedef struct Scene Scene;
 Scene *scene_create(void);
 void scene_destroy(Scene *scene);
 
-/* Memory for what lives as long as the scene. */
-Arena *scene_arena(Scene *scene);
-
 /* A node with identity matrices; name and where are copied (equal `where`s are stored once if they follow each other).
  * NULL without memory. */
 Node *scene_add_node(Scene *scene, NodeKind kind, const char *name, const char *where);
