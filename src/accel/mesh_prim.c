@@ -258,6 +258,45 @@ static void mesh_prim_destroy(Prim *prim)
 static const PrimOps open_ops = {MESH_OPS};
 static const PrimOps closed_ops = {MESH_OPS, .closed = true, .segments = mesh_segments};
 
+static void fill_block(const MeshPrim *mesh, MeshBlock *b, const uint32_t *item, uint32_t count)
+{
+    *b = (MeshBlock){.edge = 0};
+    for (uint32_t i = 0; i < count; i++) {
+        const uint32_t *k = mesh->triangle[item[i]];
+        Vec3 v = mesh->position[k[0]], e1 = vec3_sub(mesh->position[k[1]], v), e2 = vec3_sub(mesh->position[k[2]], v);
+        for (int a = 0; a < 3; a++) {
+            b->v[a][i] = (float)vec3_get(v, a);
+            b->e1[a][i] = (float)vec3_get(e1, a);
+            b->e2[a][i] = (float)vec3_get(e2, a);
+        }
+        float longest = (float)fmax(vec3_max(vec3_abs(e1)), vec3_max(vec3_abs(e2)));
+        b->edge = fmaxf(b->edge, longest * (1 + 0x1p-23f));
+        b->triangle[i] = item[i];
+    }
+}
+
+/* One block for each leaf, which then refers to it in place of its items. */
+static bool make_blocks(MeshPrim *mesh)
+{
+    Bvh *bvh = &mesh->bvh;
+    uint32_t leaves = 0;
+    for (uint32_t i = 0; i < bvh->node_count; i++)
+        for (int k = 0; k < bvh->node[i].used; k++) leaves += bvh->node[i].count[k] > 0;
+    mesh->block = aligned_alloc(64, (leaves + (size_t)1) * sizeof *mesh->block);
+    if (!mesh->block) return false;
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < bvh->node_count; i++)
+        for (int k = 0; k < bvh->node[i].used; k++) {
+            BvhNode *node = &bvh->node[i];
+            if (node->count[k] == 0) continue;
+            fill_block(mesh, &mesh->block[n], bvh->order + node->child[k], node->count[k]);
+            node->child[k] = n++;
+        }
+    free(bvh->order);
+    bvh->order = NULL;
+    return true;
+}
+
 const MeshPrim *mesh_prim_data(const Prim *prim)
 {
     return prim->ops == &open_ops || prim->ops == &closed_ops ? (const MeshPrim *)prim : NULL;
