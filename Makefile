@@ -39,9 +39,10 @@ Q := $(if $(V),,@)
 SOURCES := $(wildcard scene_lua.c $(foreach depth,/ /*/ /*/*/ /*/*/*/,src$(depth)*.c))
 SUPPORT := $(wildcard tests/support/*.c)
 TESTS   := $(patsubst %.c,$(OUT)/%,$(wildcard tests/test_*.c))
+STABILITY := $(OUT)/tests/stability/stability
 TOOLS   := $(patsubst %.c,$(OUT)/%,$(wildcard tests/tools/*.c))
 object   = $(patsubst %.c,$(OUT)/obj/%.o,$(1))
-OBJECTS := $(call object,$(SOURCES) $(SUPPORT) $(wildcard Main.c tests/test_*.c tests/tools/*.c))
+OBJECTS := $(call object,$(SOURCES) $(SUPPORT) $(wildcard Main.c tests/test_*.c tests/tools/*.c tests/stability/*.c))
 
 all: $(PROGRAM)
 
@@ -65,6 +66,11 @@ $(TESTS) $(TOOLS): $(OUT)/%: $(OUT)/obj/%.o $(OUT)/libsupport.a $(OUT)/librt.a
 	@echo "  LD $@"
 	$(Q)$(CC) $(CFLAGS_ALL) $(LDFLAGS) $(wrap) -o $@ $^ $(LIBS) $(TEST_LIBS)
 
+$(STABILITY): $(call object,$(wildcard tests/stability/*.c)) $(OUT)/libsupport.a $(OUT)/librt.a
+	@mkdir -p $(@D)
+	@echo "  LD $@"
+	$(Q)$(CC) $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ $(LIBS) $(TEST_LIBS)
+
 $(OUT)/obj/tests/%.o: CFLAGS_ALL += -Itests
 $(OUT)/obj/%.o: %.c $(OUT)/flags
 	@mkdir -p $(@D)
@@ -79,7 +85,7 @@ $(OUT)/flags: FORCE
 
 # Everything that can be compiled, the tests too; `tests` builds them without running them.
 objects: $(OBJECTS)
-tests: $(PROGRAM) $(TESTS) $(TOOLS)
+tests: $(PROGRAM) $(TESTS) $(TOOLS) $(STABILITY)
 
 # Debian packages: to build, to test, to benchmark.
 BUILD_PACKAGES := gcc libc6-dev make pkg-config liblua5.4-dev liblodepng-dev libcglm-dev
@@ -100,6 +106,11 @@ demo: deps-build
 test: deps-test
 	+@tests/run.sh
 
+# LONG=1: more trials, hours of them.
+stability: deps-test
+	@$(MAKE) --no-print-directory build/release/tests/stability/stability BUILD=release
+	build/release/tests/stability/stability $(if $(LONG),--long,--full)
+
 bench: deps-bench
 	@$(MAKE) --no-print-directory all BUILD=release
 	tests/bench/run.sh
@@ -116,6 +127,7 @@ help:
 	@echo 'make [all]    build ./rt'
 	@echo 'make demo     install what the build needs, build, render the temple to temple.png'
 	@echo 'make test     install what the tests need, build and run them all'
+	@echo 'make stability  print the table of stiff and extreme cases (LONG=1: more trials)'
 	@echo 'make lint     check the rules of the code'
 	@echo 'make bench    install what the benchmarks need, run them'
 	@echo 'make deps     install all packages (apt-get; elsewhere it says their names)'
@@ -125,4 +137,4 @@ help:
 
 FORCE:
 .SECONDARY:
-.PHONY: all objects tests deps deps-build deps-test deps-bench demo test bench lint install clean help FORCE
+.PHONY: all objects tests deps deps-build deps-test deps-bench demo test stability bench lint install clean help FORCE

@@ -1,0 +1,5 @@
+#include "stability/stability.h"
+
+const StabilityCase csg_cases[] = {
+    {0},
+};

@@ -1,0 +1,5 @@
+#include "stability/stability.h"
+
+const StabilityCase mesh_cases[] = {
+    {0},
+};

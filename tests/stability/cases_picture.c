@@ -1,0 +1,5 @@
+#include "stability/stability.h"
+
+const StabilityCase picture_cases[] = {
+    {0},
+};

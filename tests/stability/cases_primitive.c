@@ -1,0 +1,5 @@
+#include "stability/stability.h"
+
+const StabilityCase primitive_cases[] = {
+    {0},
+};
