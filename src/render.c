@@ -34,7 +34,9 @@ typedef struct {
     Rgb missed[STREAM_RAYS];
     double colour[STREAM_RAYS][3];
     uint16_t pixel[STREAM_RAYS];
+    uint32_t sample[STREAM_RAYS];
     uint32_t count;
+    uint32_t x0, y0;         /* of the tile */
     double film[TILE * TILE][3];
 } Worker;
 
@@ -61,6 +63,24 @@ static Sample2 pixel_sample(const RenderSettings *s, uint32_t x, uint32_t y, uin
     return i < a ? sample_pixel(s->seed, x, y, 0, i) : sample_pixel(s->seed, x, y, 1, i - a);
 }
 
+static bool comes_before(const RenderStats *a, const RenderStats *b)
+{
+    if (a->first_y != b->first_y) return a->first_y < b->first_y;
+    if (a->first_x != b->first_x) return a->first_x < b->first_x;
+    return a->first_sample < b->first_sample;
+}
+
+/* Adds those of s to *sum and keeps the first place of all. */
+static void add_not_finite(RenderStats *sum, const RenderStats *s)
+{
+    if (s->not_finite && (!sum->not_finite || comes_before(s, sum))) {
+        sum->first_x = s->first_x;
+        sum->first_y = s->first_y;
+        sum->first_sample = s->first_sample;
+    }
+    sum->not_finite += s->not_finite;
+}
+
 static void flush(Worker *w)
 {
     const RenderSettings *s = w->job->settings;
@@ -68,7 +88,9 @@ static void flush(Worker *w)
     for (uint32_t i = 0; i < w->count; i++) {
         const double *c = w->colour[i];
         if (!isfinite(c[0] + c[1] + c[2])) {
-            w->stats.not_finite++;
+            uint32_t x = w->x0 + w->pixel[i] % TILE, y = w->y0 + w->pixel[i] / TILE;
+            add_not_finite(&w->stats, &(RenderStats){.not_finite = 1, .first_x = x, .first_y = y,
+                                                     .first_sample = w->sample[i]});
             continue;
         }
         for (int k = 0; k < 3; k++) w->film[w->pixel[i]][k] += c[k];
@@ -112,6 +134,8 @@ static void render_tile(Worker *w, uint32_t tile)
     uint32_t x0 = s->x0 + tile % w->job->tiles_x * TILE, y0 = s->y0 + tile / w->job->tiles_x * TILE;
     uint32_t x1 = x0 + TILE < s->x1 ? x0 + TILE : s->x1, y1 = y0 + TILE < s->y1 ? y0 + TILE : s->y1;
     memset(w->film, 0, sizeof w->film);
+    w->x0 = x0;
+    w->y0 = y0;
     for (uint32_t k = 0; k < TILE * TILE; k++) {
         uint32_t x = x0 + even_bits(k), y = y0 + even_bits(k >> 1);
         if (x >= x1 || y >= y1) continue;
@@ -121,6 +145,7 @@ static void render_tile(Worker *w, uint32_t tile)
             w->ray[w->count] = camera_ray(w->job->world, s, x + at.x, y + at.y);
             w->missed[w->count] = miss;
             w->pixel[w->count] = (uint16_t)((y - y0) * TILE + (x - x0));
+            w->sample[w->count] = i;
             if (++w->count == STREAM_RAYS) flush(w);
         }
     }
@@ -168,7 +193,7 @@ static void add_stats(RenderStats *sum, const RenderStats *s)
     sum->shadow_rays += s->shadow_rays;
     sum->mirror_rays += s->mirror_rays;
     sum->samples += s->samples;
-    sum->not_finite += s->not_finite;
+    add_not_finite(sum, s);
 }
 
 bool render(const World *world, const RenderSettings *settings, uint8_t *rgb, RenderStats *stats, Err *err)

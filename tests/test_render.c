@@ -222,6 +222,41 @@ static void power_of_two_scale_changes_nothing(void **state)
     fixture_destroy(&f);
 }
 
+/* A light without a number, which no script can make, gives no number where it shines: those samples are counted and the
+ * first is named, from however many threads. */
+static void what_is_no_number_is_counted(void **state)
+{
+    (void)state;
+    WorldFixture f;
+    fixture_create(&f);
+    odd(&f);
+    fixture_prim(&f, NULL, sphere_create(), rgb(1, 1, 1), rgb(0, 0, 0), 1, 0);
+    f.job.ambient = rgb(0.5f, 0.5f, 0.5f);
+    fixture_light(&f, vec3_make(0, 0, 10), rgb(NAN, 0, 0), 1, 0, 0);
+    assert_true(fixture_compile(&f));
+    RenderSettings s = fixture_settings(&f);
+    s.samples = 2;
+    for (s.threads = 1; s.threads <= 4; s.threads += 3) {
+        RenderStats stats;
+        uint8_t *rgb8 = fixture_render(&f, &s, &stats);
+        assert_true(stats.not_finite > 100);
+        uint32_t first = 0;  /* the first pixel of the sphere: half of it black where one sample has no number */
+        while (rgb8[3 * first + 1] == 0 && first < stats.first_y * 63 + stats.first_x) first++;
+        assert_int_equal(first, stats.first_y * 63 + stats.first_x);
+        assert_true(stats.first_y > 10 && stats.first_y < 23 && stats.first_sample < 2);
+        assert_pixel(rgb8, 31, 23, 63, 0, 0, 0);
+        free(rgb8);
+        /* drawn alone it is the same */
+        RenderSettings one = s;
+        one.x0 = stats.first_x, one.x1 = stats.first_x + 1, one.y0 = stats.first_y, one.y1 = stats.first_y + 1;
+        RenderStats alone;
+        free(fixture_render(&f, &one, &alone));
+        assert_true(alone.not_finite > 0);
+        assert_int_equal(alone.first_sample, stats.first_sample);
+    }
+    fixture_destroy(&f);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -233,6 +268,7 @@ int main(void)
         cmocka_unit_test(threads_change_nothing),
         cmocka_unit_test(crop_is_part_of_the_whole),
         cmocka_unit_test(power_of_two_scale_changes_nothing),
+        cmocka_unit_test(what_is_no_number_is_counted),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

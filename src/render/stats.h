@@ -9,6 +9,7 @@ typedef struct {
     uint64_t samples;
     uint32_t threads;            /* that took part */
     uint64_t not_finite;         /* samples whose colour wasn't finite; they count as black */
+    uint32_t first_x, first_y, first_sample;  /* the first of those, by row, column and sample of the whole picture */
     double wall_s, cpu_s;
 } RenderStats;
 
