@@ -9,43 +9,7 @@
 
 #include "accel/mesh_prim.h"
 #include "common/rng.h"
-
-/* A sphere of rings x sectors quadrilaterals about `centre`, poles as fans. */
-static Mesh *sphere_mesh(uint32_t rings, uint32_t sectors, Vec3 centre)
-{
-    Mesh *m = calloc(1, sizeof *m);
-    m->position = malloc(((rings - 1) * sectors + 2) * sizeof *m->position);
-    m->triangle = malloc(2 * rings * sectors * sizeof *m->triangle);
-    m->position[m->position_count++] = vec3_add(centre, vec3_make(0, 1, 0));
-    for (uint32_t r = 1; r < rings; r++)
-        for (uint32_t s = 0; s < sectors; s++) {
-            double a = M_PI * r / rings, b = 2 * M_PI * s / sectors;
-            m->position[m->position_count++] = vec3_add(centre, vec3_make(sin(a) * sin(b), cos(a), sin(a) * cos(b)));
-        }
-    m->position[m->position_count++] = vec3_add(centre, vec3_make(0, -1, 0));
-    uint32_t south = m->position_count - 1;
-    for (uint32_t r = 0; r < rings; r++)
-        for (uint32_t s = 0; s < sectors; s++) {
-            uint32_t t = (s + 1) % sectors;
-            uint32_t a = 1 + (r - 1) * sectors + s, b = 1 + (r - 1) * sectors + t;
-            uint32_t c = 1 + r * sectors + s, d = 1 + r * sectors + t;
-            uint32_t tri[2][3] = {{a, c, b}, {b, c, d}};
-            if (r == 0) tri[1][0] = 0;
-            if (r == rings - 1) tri[0][1] = south;
-            for (int k = r == 0; k < 2 - (r == rings - 1); k++) {
-                for (int j = 0; j < 3; j++) m->triangle[m->triangle_count][j] = tri[k][j];
-                m->triangle_count++;
-            }
-        }
-    return m;
-}
-
-static void free_mesh(Mesh *m)
-{
-    free(m->position);
-    free(m->triangle);
-    free(m);
-}
+#include "support/mesh_sphere.h"
 
 static Vec3 random_vector(Rng *rng)
 {
@@ -81,7 +45,7 @@ static void one_way_in_one_way_out(void **state)
     const double offsets[] = {0, 1e3, 1e5};
     for (int k = 0; k < 3; k++) {
         Vec3 centre = vec3_make(offsets[k], -offsets[k], 0.5 * offsets[k]);
-        Mesh *m = sphere_mesh(60, 60, centre);
+        Mesh *m = mesh_sphere(60, 60, centre);
         Prim *p = mesh_prim_create(m, true, NULL);
         Rng rng = rng_seed(21, (uint64_t)k);
         uint32_t wrong = 0;
@@ -104,7 +68,7 @@ static void one_way_in_one_way_out(void **state)
         }
         assert_int_equal(wrong, 0);
         prim_destroy(p);
-        free_mesh(m);
+        mesh_destroy(m);
     }
 }
 
@@ -216,7 +180,7 @@ static void equals_brute_force(void **state)
 static void leaving_rays_are_free(void **state)
 {
     Scratch *scratch = *state;
-    Mesh *m = sphere_mesh(40, 40, vec3_make(3, -7, 100));
+    Mesh *m = mesh_sphere(40, 40, vec3_make(3, -7, 100));
     Prim *p = mesh_prim_create(m, true, NULL);
     Rng rng = rng_seed(23, 0);
     uint32_t hits = 0, again = 0;
@@ -237,13 +201,13 @@ static void leaving_rays_are_free(void **state)
     assert_true(hits > 20000);
     assert_int_equal(again, 0);
     prim_destroy(p);
-    free_mesh(m);
+    mesh_destroy(m);
 }
 
 static void baked_equals_separate(void **state)
 {
     Scratch *scratch = *state;
-    Mesh *a = sphere_mesh(10, 12, vec3_make(0, 0, 0)), *b = sphere_mesh(6, 5, vec3_make(0, 0, 0));
+    Mesh *a = mesh_sphere(10, 12, vec3_make(0, 0, 0)), *b = mesh_sphere(6, 5, vec3_make(0, 0, 0));
     BakedMesh baked[2] = {{.mesh = a, .to_world = affine_translate(2, 0, 0)}, {.mesh = b, .to_world = affine_scale(1, 2, 1)}};
     for (int i = 0; i < 2; i++) assert_true(affine_inverse(&baked[i].to_world, &baked[i].to_object));
     Prim *all = mesh_prim_bake(baked, 2, NULL);
@@ -255,8 +219,8 @@ static void baked_equals_separate(void **state)
     assert_int_equal(hit.leaf, 1);
     assert_false(all->ops->closed);
     prim_destroy(all);
-    free_mesh(a);
-    free_mesh(b);
+    mesh_destroy(a);
+    mesh_destroy(b);
 }
 
 int main(void)
