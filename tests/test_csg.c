@@ -12,223 +12,18 @@
 
 #include <cmocka.h>
 
-#include "common/numeric.h"
 #include "common/rng.h"
-#include "node/primitive/primitive.h"
 #include "support/alloc_fail.h"
+#include "support/solids.h"
 
-__extension__ typedef __float128 Quad;
-
-enum { SEED = 20240611, MAX_TOKENS = 32, SHOWN_FAILURES = 3 };
-
-/* -- solids to write down -- */
-
-typedef struct { CsgToken token[MAX_TOKENS]; size_t count; } Expr;
-
-enum { SPHERE, CUBE, CYLINDER, CONE, TORUS, SHAPES };
-static const double TORUS_MINOR = 0.375;
-
-static Prim *shape[SHAPES];
-static Scratch scratch;
-
-static Expr leaf(int kind, Affine m)
-{
-    return (Expr){.token = {{.is_leaf = true, .prim = shape[kind], .to_csg = m}}, .count = 1};
-}
-
-static Expr op(CsgOp o, Expr a, Expr b)
-{
-    assert_true(a.count + b.count < MAX_TOKENS);
-    memcpy(a.token + a.count, b.token, b.count * sizeof *b.token);
-    a.count += b.count;
-    a.token[a.count++] = (CsgToken){.op = o};
-    return a;
-}
-
-static Expr unite(Expr a, Expr b) { return op(CSG_UNION, a, b); }
-static Expr minus(Expr a, Expr b) { return op(CSG_DIFF, a, b); }
-static Expr meet(Expr a, Expr b) { return op(CSG_INTERSECT, a, b); }
-
-static Affine then(Affine first, Affine second) { return affine_mul(&second, &first); }
-
-/* All leaves moved by one more matrix. */
-static Expr moved(Expr e, Affine m)
-{
-    for (size_t i = 0; i < e.count; i++)
-        if (e.token[i].is_leaf) e.token[i].to_csg = then(e.token[i].to_csg, m);
-    return e;
-}
-
-static Expr box(double x0, double y0, double z0, double x1, double y1, double z1)
-{
-    return leaf(CUBE, then(affine_scale(x1 - x0, y1 - y0, z1 - z0), affine_translate(x0, y0, z0)));
-}
-
-static Expr rod(double radius, double y0, double y1)
-{
-    return leaf(CYLINDER, then(affine_scale(radius, (y1 - y0) / 2, radius), affine_translate(0, (y0 + y1) / 2, 0)));
-}
-
-static Prim *solid(const Expr *e)
-{
-    size_t bad;
-    Err err = {0};
-    Prim *prim = csg_create(e->token, e->count, &bad, &err);
-    if (!prim) fail_msg("%s", err.text);
-    return prim;
-}
-
-/* -- random numbers, poses and rays -- */
-
-static double uniform(Rng *rng, double lo, double hi) { return lo + (hi - lo) * rng_double(rng); }
-
-static Vec3 random_point(Rng *rng, double reach)
-{
-    double x = uniform(rng, -reach, reach), y = uniform(rng, -reach, reach);
-    return vec3_make(x, y, uniform(rng, -reach, reach));
-}
-
-static Affine random_pose(Rng *rng)
-{
-    Affine m = affine_scale(uniform(rng, 0.3, 1.5), uniform(rng, 0.3, 1.5), uniform(rng, 0.3, 1.5));
-    for (int axis = 0; axis < 3; axis++) m = then(m, affine_rotate(axis, uniform(rng, 0, 360)));
-    Vec3 by = random_point(rng, 0.5);
-    return then(m, affine_translate(by.x, by.y, by.z));
-}
-
-/* The same place by other roundings. */
-static Affine roundabout(Affine m, Rng *rng)
-{
-    static const double DEG[] = {17, 33, 51};
-    double deg = DEG[rng_u32(rng) % 3];
-    int axis = (int)(rng_u32(rng) % 3);
-    m = then(then(m, affine_scale(1.0 / 3, 1.0 / 3, 1.0 / 3)), affine_rotate(axis, deg));
-    return then(then(m, affine_rotate(axis, -deg)), affine_scale(3, 3, 3));
-}
-
-enum { RAY_RANDOM, RAY_AXIS, RAY_EDGE, RAY_FAR, RAY_KINDS };
-static const char *const RAY_NAMES[] = {"random", "axis-parallel", "at edges", "far"};
-
-/* A coordinate that faces and axes of the test solids like to have. */
-static double nice(Rng *rng) { return ((int)(rng_u32(rng) % 17) - 8) * 0.25; }
-
-/* Aimed at a point of the leaf's edges, silhouette, apex or at a tangent, to within rounding. */
-static Vec3 edge_point(Rng *rng, const CsgToken *token)
-{
-    Vec3 p = random_point(rng, 1);
-    double a = uniform(rng, 0, 2 * M_PI), r = 1, y = p.y;
-    if (token->prim == shape[CUBE]) {
-        p = vec3_make(rng_u32(rng) % 2, rng_u32(rng) % 2, rng_u32(rng) % 4 ? rng_double(rng) : rng_u32(rng) % 2);
-        return affine_point(&token->to_csg, p);
-    }
-    if (token->prim == shape[SPHERE]) return affine_point(&token->to_csg, vec3_normalize(p));
-    if (token->prim == shape[CYLINDER] && rng_u32(rng) % 2) y = y < 0 ? -1 : 1;
-    if (token->prim == shape[CONE]) {
-        y = rng_u32(rng) % 2 ? -1 : -fabs(y);
-        r = -y;
-    }
-    if (token->prim == shape[TORUS]) {
-        double b = uniform(rng, 0, 2 * M_PI);
-        r = 1 + TORUS_MINOR * cos(b);
-        y = TORUS_MINOR * sin(b);
-    }
-    return affine_point(&token->to_csg, vec3_make(r * cos(a), y, r * sin(a)));
-}
-
-static Ray random_ray(Rng *rng, int kind, const Expr *e)
-{
-    Vec3 target = random_point(rng, 1.5), o = random_point(rng, 6), d = {0, 0, 0};
-    switch (kind) {
-    case RAY_AXIS: {
-        int axis = (int)(rng_u32(rng) % 3);
-        double s = rng_u32(rng) % 2 ? 1 : -1;
-        d = vec3_make(axis == 0 ? s : 0, axis == 1 ? s : 0, axis == 2 ? s : 0);
-        if (rng_u32(rng) % 4 == 0) d = vec3_make(s, axis == 1 ? 0.25 * nice(rng) : 0, axis == 2 ? nice(rng) : 0);
-        o = vec3_make(nice(rng), nice(rng), nice(rng));
-        if (rng_u32(rng) % 2) o = vec3_add(o, random_point(rng, 0.25));
-        return (Ray){o, d, 0, INFINITY};
-    }
-    case RAY_EDGE: {
-        const CsgToken *token;
-        do token = &e->token[rng_u32(rng) % e->count];
-        while (!token->is_leaf);
-        target = edge_point(rng, token);
-        /* From edge to edge half of the time. Not between neighbours: a short chord of a rim may lie in its flat face
-         * while the line leaves the face's plane by more than the bound before it leaves the leaf's box. */
-        Vec3 other = edge_point(rng, token);
-        if (rng_u32(rng) % 2 && vec3_length(vec3_sub(other, target)) > 0x1p-4) o = other;
-        break;
-    }
-    case RAY_FAR:
-        o = vec3_scale(vec3_normalize(o), exp2(uniform(rng, 4, 24)));
-        break;
-    default:
-        break;
-    }
-    d = vec3_sub(target, o);
-    if (!(vec3_length(d) > 0)) d = vec3_make(1, 0, 0);
-    if (rng_u32(rng) % 4 == 0) d = vec3_scale(d, exp2((int)(rng_u32(rng) % 41) - 20));
-    return (Ray){o, d, 0, INFINITY};
-}
-
-/* -- comparing -- */
-
-static SegList segments(const Prim *prim, const Ray *ray)
-{
-    SegList list = seg_list(&scratch);
-    assert_true(prim->ops->segments(prim, ray, &list));
-    for (uint32_t i = 0; i < list.count; i++) {
-        assert_true(list.seg[i].in.t <= list.seg[i].out.t);
-        if (i) assert_true(list.seg[i - 1].out.t <= list.seg[i].in.t);
-    }
-    return list;
-}
-
-static const Edge *edge_at(const SegList *list, uint32_t i)
-{
-    const Seg *seg = &list->seg[i / 2];
-    return i % 2 ? &seg->out : &seg->in;
-}
-
-/* Whether the lists are the same but for parts no longer than the bounds of their ends allow: the edges of both are
- * walked in order, and where just one list is inside, the part's two ends must lie within `slack` bounds. */
-static bool same_segments(const SegList *a, const SegList *b, double slack)
-{
-    uint32_t i = 0, j = 0;
-    const Edge *open = NULL;  /* where the lists began to differ */
-    while (i < 2 * a->count || j < 2 * b->count) {
-        bool first = j >= 2 * b->count || (i < 2 * a->count && edge_at(a, i)->t <= edge_at(b, j)->t);
-        const Edge *edge = first ? edge_at(a, i++) : edge_at(b, j++);
-        if (i % 2 == j % 2) {
-            if (open && !(edge->t - open->t <= slack * (edge->t_err + open->t_err))) return false;
-            open = NULL;
-        } else {
-            open = edge;
-        }
-    }
-    return true;
-}
-
-static void print_ray(const char *name, const Ray *ray)
-{
-    printf("%s: o (%a, %a, %a) d (%a, %a, %a)\n", name, ray->o.x, ray->o.y, ray->o.z, ray->d.x, ray->d.y, ray->d.z);
-}
-
-static void print_list(const char *name, const SegList *list)
-{
-    printf("  %s:", name);
-    for (uint32_t i = 0; i < list->count; i++)
-        printf(" [%.17g +- %.2g leaf %u, %.17g +- %.2g leaf %u]", list->seg[i].in.t, list->seg[i].in.t_err,
-               list->seg[i].in.leaf, list->seg[i].out.t, list->seg[i].out.t_err, list->seg[i].out.leaf);
-    printf("\n");
-}
+enum { SEED = 20240611, SHOWN_FAILURES = 3 };
 
 typedef struct { long rays[RAY_KINDS], failed[RAY_KINDS]; } Tally;
 
 static void tally_print(const char *name, const Tally *t)
 {
     printf("    %-34s", name);
-    for (int k = 0; k < RAY_KINDS; k++) printf("  %s %ld/%ld", RAY_NAMES[k], t->failed[k], t->rays[k]);
+    for (int k = 0; k < RAY_KINDS; k++) printf("  %s %ld/%ld", SOLID_RAY_NAMES[k], t->failed[k], t->rays[k]);
     printf("\n");
 }
 
@@ -242,160 +37,48 @@ static long tally_failures(const Tally *t)
 /* Whether two expressions are the same solid along random rays; b NULL: the empty one. */
 static void compare(Tally *tally, Rng *rng, const char *name, const Expr *a, const Expr *b, int rays)
 {
-    Prim *pa = solid(a), *pb = b ? solid(b) : NULL;
+    Prim *pa = solid_prim(a), *pb = b ? solid_prim(b) : NULL;
     for (int kind = 0; kind < RAY_KINDS; kind++)
         for (int i = 0; i < rays; i++) {
-            Ray ray = random_ray(rng, kind, a);
-            arena_reset(scratch.arena);
-            SegList la = segments(pa, &ray), lb = pb ? segments(pb, &ray) : seg_list(&scratch);
+            Ray ray = solid_random_ray(rng, kind, a);
+            arena_reset(solid_scratch.arena);
+            SegList la = solid_segments(pa, &ray), lb = pb ? solid_segments(pb, &ray) : seg_list(&solid_scratch);
             tally->rays[kind]++;
-            if (same_segments(&la, &lb, 2)) continue;
+            if (solid_same_segments(&la, &lb, 2)) continue;
             if (tally->failed[kind]++ < SHOWN_FAILURES) {
-                print_ray(name, &ray);
-                print_list("left", &la);
-                print_list("right", &lb);
+                solid_print_ray(name, &ray);
+                solid_print_list("left", &la);
+                solid_print_list("right", &lb);
             }
         }
     prim_destroy(pa);
     prim_destroy(pb);
 }
 
-/* -- the oracle: solids as sets of points -- */
-
-typedef struct { Quad m[3][4]; } QAffine;
-
-static QAffine q_inverse(const Affine *a)
-{
-    QAffine r;
-    Quad c[3][3], det = 0;
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) {
-            int r0 = (i + 1) % 3, r1 = (i + 2) % 3, c0 = (j + 1) % 3, c1 = (j + 2) % 3;
-            c[i][j] = (Quad)a->m[r0][c0] * a->m[r1][c1] - (Quad)a->m[r0][c1] * a->m[r1][c0];
-        }
-    for (int j = 0; j < 3; j++) det += a->m[0][j] * c[0][j];
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) r.m[i][j] = c[j][i] / det;
-        r.m[i][3] = -(r.m[i][0] * a->m[0][3] + r.m[i][1] * a->m[1][3] + r.m[i][2] * a->m[2][3]);
-    }
-    return r;
-}
-
-/* Positive inside; of the order of the distance to the surface near it. */
-static Quad depth(const Prim *prim, const Quad p[3])
-{
-    Quad x = p[0], y = p[1], z = p[2], rr = x * x + z * z, d;
-    if (prim == shape[SPHERE]) return 1 - rr - y * y;
-    if (prim == shape[CUBE]) {
-        d = 1;
-        for (int i = 0; i < 3; i++) {
-            if (p[i] < d) d = p[i];
-            if (1 - p[i] < d) d = 1 - p[i];
-        }
-        return d;
-    }
-    if (prim == shape[CYLINDER]) {
-        d = 1 - rr;
-        if (1 - y < d) d = 1 - y;
-        return 1 + y < d ? 1 + y : d;
-    }
-    if (prim == shape[CONE]) {
-        d = y * y - rr;
-        if (-y < d) d = -y;
-        return 1 + y < d ? 1 + y : d;
-    }
-    d = rr + y * y + 1 - (Quad)TORUS_MINOR * TORUS_MINOR;
-    return 4 * rr - d * d;
-}
-
-typedef enum { OUT, IN, UNSURE } Where;
-
-static Where place(const Expr *e, const QAffine *inverse, const Ray *ray, Quad t)
-{
-    Where stack[MAX_TOKENS];
-    int n = 0;
-    double way = vec3_max(vec3_abs(ray->o)) + fabs((double)t) * vec3_max(vec3_abs(ray->d));
-    double margin = 1e-12 + 256 * UNIT_ROUNDOFF * way;  /* t itself is rounded; the leaves are scaled by 0.3 and more */
-    Quad p[3] = {ray->o.x + t * ray->d.x, ray->o.y + t * ray->d.y, ray->o.z + t * ray->d.z};
-    for (size_t i = 0; i < e->count; i++) {
-        const CsgToken *token = &e->token[i];
-        if (token->is_leaf) {
-            Quad q[3];
-            for (int r = 0; r < 3; r++) {
-                const Quad *m = inverse[i].m[r];
-                q[r] = m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3];
-            }
-            Quad f = depth(token->prim, q);
-            stack[n++] = f > margin ? IN : f < -margin ? OUT : UNSURE;
-            continue;
-        }
-        Where b = stack[--n], a = stack[--n];
-        if (token->op == CSG_DIFF) b = b == IN ? OUT : b == OUT ? IN : UNSURE;
-        if (token->op == CSG_UNION)
-            stack[n++] = a == IN || b == IN ? IN : a == OUT && b == OUT ? OUT : UNSURE;
-        else
-            stack[n++] = a == OUT || b == OUT ? OUT : a == IN && b == IN ? IN : UNSURE;
-    }
-    return stack[0];
-}
-
-static int compare_doubles(const void *a, const void *b)
-{
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-/* Between all crossings of all leaves, and at the middles of all segments and gaps of the result, the result must be
- * inside where the set of points is. */
-static bool agrees_with_oracle(const Expr *e, const QAffine *inverse, const SegList *list, const Ray *ray)
-{
-    double cut[512];
-    size_t n = 0;
-    for (uint32_t i = 0; i < 2 * list->count; i++) cut[n++] = edge_at(list, i)->t;
-    for (size_t i = 0; i < e->count; i++) {
-        if (!e->token[i].is_leaf) continue;
-        Affine inv;
-        assert_true(affine_inverse(&e->token[i].to_csg, &inv));
-        Ray r = {affine_point(&inv, ray->o), affine_vector(&inv, ray->d), 0, INFINITY};
-        SegList own = segments(e->token[i].prim, &r);
-        for (uint32_t k = 0; k < 2 * own.count; k++) cut[n++] = edge_at(&own, k)->t;
-    }
-    if (n == 0) return true;
-    qsort(cut, n, sizeof *cut, compare_doubles);
-    for (size_t i = 0; i <= n; i++) {
-        Quad t = i == 0 ? (Quad)cut[0] - 1 : i == n ? (Quad)cut[n - 1] + 1 : ((Quad)cut[i - 1] + cut[i]) / 2;
-        Where truth = place(e, inverse, ray, t);
-        bool inside = false;
-        for (uint32_t k = 0; k < list->count; k++) inside |= t > list->seg[k].in.t && t < list->seg[k].out.t;
-        if (truth != UNSURE && inside != (truth == IN)) return false;
-    }
-    return true;
-}
-
 static void check_oracle(Tally *tally, Rng *rng, const char *name, const Expr *e, int rays)
 {
-    Prim *prim = solid(e);
+    Prim *prim = solid_prim(e);
     QAffine inverse[MAX_TOKENS];
     for (size_t i = 0; i < e->count; i++)
-        if (e->token[i].is_leaf) inverse[i] = q_inverse(&e->token[i].to_csg);
+        if (e->token[i].is_leaf) inverse[i] = solid_q_inverse(&e->token[i].to_csg);
     for (int kind = 0; kind < RAY_KINDS; kind++)
         for (int i = 0; i < rays; i++) {
-            Ray ray = random_ray(rng, kind, e);
-            arena_reset(scratch.arena);
-            SegList list = segments(prim, &ray);
-            bool good = agrees_with_oracle(e, inverse, &list, &ray);
+            Ray ray = solid_random_ray(rng, kind, e);
+            arena_reset(solid_scratch.arena);
+            SegList list = solid_segments(prim, &ray);
+            bool good = solid_agrees(e, inverse, &list, &ray);
             /* no films: what is shown is thicker than its bounds. (From afar these hold the rounding of t, which all
              * leaves share.) */
             bool near = vec3_max(vec3_abs(ray.o)) <= 4 * box_reach(prim->ops->bounds(prim));
             for (uint32_t k = 1; near && k < 2 * list.count; k++) {
-                const Edge *a = edge_at(&list, k - 1), *b = edge_at(&list, k);
+                const Edge *a = solid_edge(&list, k - 1), *b = solid_edge(&list, k);
                 good = good && b->t - a->t > fmax(a->t_err, b->t_err) * (1 - 0x1p-10);
             }
             tally->rays[kind]++;
             if (good) continue;
             if (tally->failed[kind]++ < SHOWN_FAILURES) {
-                print_ray(name, &ray);
-                print_list("result", &list);
+                solid_print_ray(name, &ray);
+                solid_print_list("result", &list);
             }
         }
     prim_destroy(prim);
@@ -403,7 +86,7 @@ static void check_oracle(Tally *tally, Rng *rng, const char *name, const Expr *e
 
 /* -- tests -- */
 
-static Expr random_leaf(Rng *rng) { return leaf((int)(rng_u32(rng) % SHAPES), random_pose(rng)); }
+static Expr random_leaf(Rng *rng) { return solid_leaf((int)(rng_u32(rng) % ANALYTIC_SHAPES), solid_random_pose(rng)); }
 
 static void laws_of_sets(void **state)
 {
@@ -416,17 +99,17 @@ static void laws_of_sets(void **state)
     Tally tally[LAWS] = {0};
     Rng rng = rng_seed(SEED, 1);
     for (int pose = 0; pose < POSES; pose++) {
-        Expr a = leaf(pose % SHAPES, pose < SHAPES ? affine_identity() : random_pose(&rng));
-        Expr b = random_leaf(&rng), c = random_leaf(&rng), u = box(-8, -8, -8, 8, 8, 8);
+        Expr a = solid_leaf(pose % ANALYTIC_SHAPES, pose < ANALYTIC_SHAPES ? affine_identity() : solid_random_pose(&rng));
+        Expr b = random_leaf(&rng), c = random_leaf(&rng), u = solid_box(-8, -8, -8, 8, 8, 8);
         Expr a2 = a;
-        a2.token[0].to_csg = roundabout(a.token[0].to_csg, &rng);
-        Expr left[LAWS] = {minus(a, a), meet(a, a), unite(a, a), minus(a, a2), meet(a, a2), unite(a, a2),
-                           minus(a, minus(a, b)), minus(u, unite(a, b)), minus(u, meet(a, b)), unite(a, b), meet(a, b),
-                           unite(unite(a, b), c), meet(meet(a, b), c), minus(minus(a, b), c),
-                           unite(minus(a, b), meet(a, b))};
-        Expr right[LAWS] = {{.count = 0}, a, a, {.count = 0}, a, a, meet(a, b), meet(minus(u, a), minus(u, b)),
-                            unite(minus(u, a), minus(u, b)), unite(b, a), meet(b, a), unite(a, unite(b, c)),
-                            meet(a, meet(b, c)), minus(a, unite(b, c)), a};
+        a2.token[0].to_csg = solid_roundabout(a.token[0].to_csg, &rng);
+        Expr left[LAWS] = {solid_minus(a, a), solid_meet(a, a), solid_unite(a, a), solid_minus(a, a2), solid_meet(a, a2), solid_unite(a, a2),
+                           solid_minus(a, solid_minus(a, b)), solid_minus(u, solid_unite(a, b)), solid_minus(u, solid_meet(a, b)), solid_unite(a, b), solid_meet(a, b),
+                           solid_unite(solid_unite(a, b), c), solid_meet(solid_meet(a, b), c), solid_minus(solid_minus(a, b), c),
+                           solid_unite(solid_minus(a, b), solid_meet(a, b))};
+        Expr right[LAWS] = {{.count = 0}, a, a, {.count = 0}, a, a, solid_meet(a, b), solid_meet(solid_minus(u, a), solid_minus(u, b)),
+                            solid_unite(solid_minus(u, a), solid_minus(u, b)), solid_unite(b, a), solid_meet(b, a), solid_unite(a, solid_unite(b, c)),
+                            solid_meet(a, solid_meet(b, c)), solid_minus(a, solid_unite(b, c)), a};
         for (int i = 0; i < LAWS; i++)
             compare(&tally[i], &rng, NAME[i], &left[i], right[i].count ? &right[i] : NULL, RAYS);
     }
@@ -447,28 +130,28 @@ static void flush_faces(void **state)
                                             "box - inscribed cylinder", "box - touching box", "steps",
                                             "box x flush box"};
     const double e = 0x1p-10;
-    Expr slab = box(-1, -1, -1, 1, 1, 1), third = box(-1. / 3, 0, -1. / 3, 1. / 3, 1, 1. / 3);
+    Expr slab = solid_box(-1, -1, -1, 1, 1, 1), third = solid_box(-1. / 3, 0, -1. / 3, 1. / 3, 1, 1. / 3);
     Expr case_[CASES][2] = {
-        {minus(slab, third), minus(slab, box(-1. / 3, 0, -1. / 3, 1. / 3, 1 + e, 1. / 3))},
-        {minus(rod(1, -1, 1), rod(0.7, -1, 1)), minus(rod(1, -1, 1), rod(0.7, -1 - e, 1 + e))},
-        {minus(minus(slab, rod(0.3, -1, 1)), rod(0.6, 0.4, 1)),
-         minus(minus(slab, rod(0.3, -1 - e, 1 + e)), rod(0.6, 0.4, 1 + e))},
-        {unite(box(-1, -1, -1, 0.1, 1, 1), box(0.1, -1, -1, 1, 1, 1)), slab},
-        {minus(slab, rod(1, -1, 1)), minus(slab, rod(1, -1 - e, 1 + e))},
-        {minus(slab, box(1, -1, -1, 2, 1, 1)), slab},
-        {unite(unite(box(-1, -1, -1, 1, -0.3, 1), box(-1, -0.3, -1, 0.2, 0.1, 1)), box(-1, 0.1, -1, -0.7, 1, 1)),
-         unite(unite(box(-1, -1, -1, 1, -0.3, 1), box(-1, -1, -1, 0.2, 0.1, 1)), box(-1, -1, -1, -0.7, 1, 1))},
-        {meet(box(-1, -1, -1, 0.1, 1, 1), box(0.1, -1, -1, 1, 1, 1)), {.count = 0}},
+        {solid_minus(slab, third), solid_minus(slab, solid_box(-1. / 3, 0, -1. / 3, 1. / 3, 1 + e, 1. / 3))},
+        {solid_minus(solid_rod(1, -1, 1), solid_rod(0.7, -1, 1)), solid_minus(solid_rod(1, -1, 1), solid_rod(0.7, -1 - e, 1 + e))},
+        {solid_minus(solid_minus(slab, solid_rod(0.3, -1, 1)), solid_rod(0.6, 0.4, 1)),
+         solid_minus(solid_minus(slab, solid_rod(0.3, -1 - e, 1 + e)), solid_rod(0.6, 0.4, 1 + e))},
+        {solid_unite(solid_box(-1, -1, -1, 0.1, 1, 1), solid_box(0.1, -1, -1, 1, 1, 1)), slab},
+        {solid_minus(slab, solid_rod(1, -1, 1)), solid_minus(slab, solid_rod(1, -1 - e, 1 + e))},
+        {solid_minus(slab, solid_box(1, -1, -1, 2, 1, 1)), slab},
+        {solid_unite(solid_unite(solid_box(-1, -1, -1, 1, -0.3, 1), solid_box(-1, -0.3, -1, 0.2, 0.1, 1)), solid_box(-1, 0.1, -1, -0.7, 1, 1)),
+         solid_unite(solid_unite(solid_box(-1, -1, -1, 1, -0.3, 1), solid_box(-1, -1, -1, 0.2, 0.1, 1)), solid_box(-1, -1, -1, -0.7, 1, 1))},
+        {solid_meet(solid_box(-1, -1, -1, 0.1, 1, 1), solid_box(0.1, -1, -1, 1, 1, 1)), {.count = 0}},
     };
     Tally tally[CASES] = {0};
     Rng rng = rng_seed(SEED, 2);
     for (int pose = 0; pose < POSES; pose++) {
         static const double DEG[] = {0, 17, 33, 51};
         Affine m = affine_rotate(pose % 3, DEG[pose % 4]);
-        if (pose >= 4) m = then(then(m, affine_scale(1. / 3, 1. / 3, 1. / 3)), affine_scale(3, 3, 3));
-        if (pose >= 6) m = then(m, affine_scale(1, -1, 1));
+        if (pose >= 4) m = solid_then(solid_then(m, affine_scale(1. / 3, 1. / 3, 1. / 3)), affine_scale(3, 3, 3));
+        if (pose >= 6) m = solid_then(m, affine_scale(1, -1, 1));
         for (int i = 0; i < CASES; i++) {
-            Expr a = moved(case_[i][0], m), b = moved(case_[i][1], m);
+            Expr a = solid_moved(case_[i][0], m), b = solid_moved(case_[i][1], m);
             compare(&tally[i], &rng, NAME[i], &a, b.count ? &b : NULL, RAYS);
         }
     }
@@ -491,20 +174,20 @@ static void points_agree(void **state)
         for (int k = (int)(rng_u32(&rng) % 6); k >= 0; k--) {
             CsgOp o = (CsgOp)(rng_u32(&rng) % 3);
             Expr other = random_leaf(&rng);
-            if (rng_u32(&rng) % 3 == 0) other = op((CsgOp)(rng_u32(&rng) % 3), other, random_leaf(&rng));
-            e = rng_u32(&rng) % 2 ? op(o, e, other) : op(o, other, e);
+            if (rng_u32(&rng) % 3 == 0) other = solid_op((CsgOp)(rng_u32(&rng) % 3), other, random_leaf(&rng));
+            e = rng_u32(&rng) % 2 ? solid_op(o, e, other) : solid_op(o, other, e);
         }
         check_oracle(&tally, &rng, "random tree", &e, RAYS);
     }
     tally_print("random trees against points", &tally);
-    Expr slab = box(-1, -1, -1, 1, 1, 1), ball = leaf(SPHERE, affine_identity());
-    Expr tight[] = {minus(slab, ball), minus(slab, rod(1, -1, 1)), minus(rod(1, -1, 1), ball), unite(ball, slab),
-                    minus(rod(1, -1, 1), leaf(CONE, affine_translate(0, 1, 0))), meet(slab, ball),
-                    minus(minus(slab, rod(0.3, -1, 1)), rod(0.6, 0.4, 1)),
-                    minus(leaf(TORUS, affine_identity()), rod(1, -1, 1))};
+    Expr slab = solid_box(-1, -1, -1, 1, 1, 1), ball = solid_leaf(SPHERE, affine_identity());
+    Expr tight[] = {solid_minus(slab, ball), solid_minus(slab, solid_rod(1, -1, 1)), solid_minus(solid_rod(1, -1, 1), ball), solid_unite(ball, slab),
+                    solid_minus(solid_rod(1, -1, 1), solid_leaf(CONE, affine_translate(0, 1, 0))), solid_meet(slab, ball),
+                    solid_minus(solid_minus(slab, solid_rod(0.3, -1, 1)), solid_rod(0.6, 0.4, 1)),
+                    solid_minus(solid_leaf(TORUS, affine_identity()), solid_rod(1, -1, 1))};
     for (size_t i = 0; i < sizeof tight / sizeof *tight; i++)
         for (int pose = 0; pose < 4; pose++) {
-            Expr e = moved(tight[i], affine_rotate(pose % 3, 17.0 * pose));
+            Expr e = solid_moved(tight[i], affine_rotate(pose % 3, 17.0 * pose));
             check_oracle(&touching, &rng, "touching", &e, 4 * RAYS);
         }
     tally_print("touching solids against points", &touching);
@@ -523,21 +206,21 @@ static void thickness_decides(void **state)
             int seen_to = 0, unseen_from = 99;
             for (int k = 1; k <= 17; k++) {
                 double g = pow(10, -k);
-                Expr lower = box(-4096, -1, -4096, 4096, 0, 4096);
-                Expr e = film ? minus(box(-4096, -1, -4096, 4096, g, 4096), lower)
-                              : unite(lower, moved(lower, affine_translate(0, 1 + g, 0)));
+                Expr lower = solid_box(-4096, -1, -4096, 4096, 0, 4096);
+                Expr e = film ? solid_minus(solid_box(-4096, -1, -4096, 4096, g, 4096), lower)
+                              : solid_unite(lower, solid_moved(lower, affine_translate(0, 1 + g, 0)));
                 Affine turn = turned ? affine_rotate(2, 33) : affine_identity();
-                e = moved(e, turn);
-                Prim *prim = solid(&e);
+                e = solid_moved(e, turn);
+                Prim *prim = solid_prim(&e);
                 long seen = 0, all = 0;
                 for (int a = 0; a < ANGLES; a++)
                     for (int i = 0; i < RAYS; i++, all++) {
-                        double angle = ANGLE[a] * M_PI / 180, about = uniform(&rng, 0, 2 * M_PI);
+                        double angle = ANGLE[a] * M_PI / 180, about = solid_uniform(&rng, 0, 2 * M_PI);
                         Vec3 d = vec3_make(sin(angle) * cos(about), -cos(angle), sin(angle) * sin(about));
-                        Vec3 o = vec3_at(vec3_make(uniform(&rng, -1, 1), 0, uniform(&rng, -1, 1)), -3, d);
+                        Vec3 o = vec3_at(vec3_make(solid_uniform(&rng, -1, 1), 0, solid_uniform(&rng, -1, 1)), -3, d);
                         Ray ray = {affine_point(&turn, o), affine_vector(&turn, d), 0, INFINITY};
-                        arena_reset(scratch.arena);
-                        seen += segments(prim, &ray).count == (film ? 1 : 2);
+                        arena_reset(solid_scratch.arena);
+                        seen += solid_segments(prim, &ray).count == (film ? 1 : 2);
                     }
                 if (seen == all && seen_to == k - 1) seen_to = k;
                 if (seen == 0 && unseen_from == 99) unseen_from = k;
@@ -558,22 +241,22 @@ static void no_films(void **state)
     Rng rng = rng_seed(SEED, 8);
     long films = 0, seen = 0;
     for (int tree = 0; tree < 2000; tree++) {
-        Expr e = box(-1, -1, -1, 1, 0, 1);
+        Expr e = solid_box(-1, -1, -1, 1, 0, 1);
         for (int k = (int)(rng_u32(&rng) % 5); k >= 0; k--) {
-            double a = uniform(&rng, -2e-14, 2e-14), b = uniform(&rng, -2e-14, 2e-14);
+            double a = solid_uniform(&rng, -2e-14, 2e-14), b = solid_uniform(&rng, -2e-14, 2e-14);
             static const double LEVEL[] = {-1, 0, 1};
             uint32_t lo = rng_u32(&rng) % 2, hi = lo + 1 + rng_u32(&rng) % (2 - lo);
-            e = op((CsgOp)(rng_u32(&rng) % 2), e, box(-1, LEVEL[lo] + a, -1, 1, LEVEL[hi] + b, 1));
+            e = solid_op((CsgOp)(rng_u32(&rng) % 2), e, solid_box(-1, LEVEL[lo] + a, -1, 1, LEVEL[hi] + b, 1));
         }
-        if (tree % 2) e = moved(e, affine_rotate(tree % 3, uniform(&rng, 0, 90)));
-        Prim *prim = solid(&e);
+        if (tree % 2) e = solid_moved(e, affine_rotate(tree % 3, solid_uniform(&rng, 0, 90)));
+        Prim *prim = solid_prim(&e);
         for (int i = 0; i < 20; i++) {
-            Ray ray = random_ray(&rng, RAY_RANDOM, &e);
+            Ray ray = solid_random_ray(&rng, RAY_RANDOM, &e);
             if (vec3_max(vec3_abs(ray.o)) > 4) ray.o = vec3_scale(ray.o, 0.5);
-            arena_reset(scratch.arena);
-            SegList list = segments(prim, &ray);
+            arena_reset(solid_scratch.arena);
+            SegList list = solid_segments(prim, &ray);
             for (uint32_t k = 1; k < 2 * list.count; k++, seen++) {
-                const Edge *a = edge_at(&list, k - 1), *b = edge_at(&list, k);
+                const Edge *a = solid_edge(&list, k - 1), *b = solid_edge(&list, k);
                 films += b->t - a->t <= fmax(a->t_err, b->t_err) * (1 - 0x1p-10);
             }
         }
@@ -588,20 +271,20 @@ static void no_films(void **state)
 static void grazing_keeps_walls(void **state)
 {
     (void)state;
-    Expr floor_part = meet(box(0, -1, -1, 20, 0, 1), box(15, -1, -1, 16, 1, 1));
-    Expr walls = unite(box(6, -2, -1, 6.5, 2, 1), box(8, -2, -1, 8.5, 2, 1));
-    Expr among = unite(floor_part, walls), carved = minus(box(4.5, -1, -1, 8, 1, 1), box(4.9, -1, -1, 9, 0, 1));
-    Prim *a = solid(&among), *b = solid(&carved);
+    Expr floor_part = solid_meet(solid_box(0, -1, -1, 20, 0, 1), solid_box(15, -1, -1, 16, 1, 1));
+    Expr walls = solid_unite(solid_box(6, -2, -1, 6.5, 2, 1), solid_box(8, -2, -1, 8.5, 2, 1));
+    Expr among = solid_unite(floor_part, walls), carved = solid_minus(solid_box(4.5, -1, -1, 8, 1, 1), solid_box(4.9, -1, -1, 9, 0, 1));
+    Prim *a = solid_prim(&among), *b = solid_prim(&carved);
     for (int k = 0; k < 400; k++) {
         double slope = pow(10, -10 - k * 0.015);
         Ray to_floor = {vec3_make(-4, 11 * slope, 0.1), vec3_make(1, -slope, 0), 0, INFINITY};
         Ray to_pit = {vec3_make(-4, 9 * slope, 0.1), vec3_make(1, -slope, 0), 0, INFINITY};
-        arena_reset(scratch.arena);
-        SegList list = segments(a, &to_floor);
+        arena_reset(solid_scratch.arena);
+        SegList list = solid_segments(a, &to_floor);
         assert_true(list.count >= 2);
         assert_true(fabs(list.seg[0].in.t - 10) < 1e-9 && fabs(list.seg[0].out.t - 10.5) < 1e-9);
         assert_true(fabs(list.seg[1].in.t - 12) < 1e-9 && fabs(list.seg[1].out.t - 12.5) < 1e-9);
-        list = segments(b, &to_pit);
+        list = solid_segments(b, &to_pit);
         assert_true(list.count >= 1 && fabs(list.seg[0].in.t - 8.5) < 1e-9);
     }
     prim_destroy(a);
@@ -613,14 +296,14 @@ static void gap_from_afar(void **state)
 {
     (void)state;
     Rng rng = rng_seed(SEED, 9);
-    Expr e = unite(box(-1, -1, -1, 1, 0, 1), box(-1, 0x1p-36, -1, 1, 1, 1));
-    Prim *prim = solid(&e);
+    Expr e = solid_unite(solid_box(-1, -1, -1, 1, 0, 1), solid_box(-1, 0x1p-36, -1, 1, 1, 1));
+    Prim *prim = solid_prim(&e);
     for (int i = 0; i < 1000; i++) {
-        Vec3 target = vec3_make(uniform(&rng, -0.5, 0.5), 0, uniform(&rng, -0.5, 0.5));
-        Vec3 d = vec3_make(uniform(&rng, -0.3, 0.3), -1, uniform(&rng, -0.3, 0.3));
-        Ray ray = {vec3_at(target, -exp2(uniform(&rng, 3, 24)), d), d, 0, INFINITY};
-        arena_reset(scratch.arena);
-        assert_int_equal(segments(prim, &ray).count, 2);
+        Vec3 target = vec3_make(solid_uniform(&rng, -0.5, 0.5), 0, solid_uniform(&rng, -0.5, 0.5));
+        Vec3 d = vec3_make(solid_uniform(&rng, -0.3, 0.3), -1, solid_uniform(&rng, -0.3, 0.3));
+        Ray ray = {vec3_at(target, -exp2(solid_uniform(&rng, 3, 24)), d), d, 0, INFINITY};
+        arena_reset(solid_scratch.arena);
+        assert_int_equal(solid_segments(prim, &ray).count, 2);
     }
     prim_destroy(prim);
 }
@@ -631,24 +314,24 @@ static void queries_agree(void **state)
     (void)state;
     Rng rng = rng_seed(SEED, 5);
     for (int tree = 0; tree < 60; tree++) {
-        Expr e = op((CsgOp)(tree % 3), random_leaf(&rng), random_leaf(&rng));
-        if (tree % 2) e = op((CsgOp)(rng_u32(&rng) % 3), e, random_leaf(&rng));
-        Prim *prim = solid(&e);
+        Expr e = solid_op((CsgOp)(tree % 3), random_leaf(&rng), random_leaf(&rng));
+        if (tree % 2) e = solid_op((CsgOp)(rng_u32(&rng) % 3), e, random_leaf(&rng));
+        Prim *prim = solid_prim(&e);
         for (int i = 0; i < 400; i++) {
-            Ray ray = random_ray(&rng, i % RAY_KINDS, &e);
-            if (i % 3 == 0) ray.o = random_point(&rng, 1);  /* often inside */
-            arena_reset(scratch.arena);
-            SegList list = segments(prim, &ray);
-            if (list.count && i % 5 == 0) ray.tmin = edge_at(&list, rng_u32(&rng) % (2 * list.count))->t;
-            if (list.count && i % 7 == 0) ray.tmax = edge_at(&list, rng_u32(&rng) % (2 * list.count))->t;
+            Ray ray = solid_random_ray(&rng, i % RAY_KINDS, &e);
+            if (i % 3 == 0) ray.o = solid_random_point(&rng, 1);  /* often inside */
+            arena_reset(solid_scratch.arena);
+            SegList list = solid_segments(prim, &ray);
+            if (list.count && i % 5 == 0) ray.tmin = solid_edge(&list, rng_u32(&rng) % (2 * list.count))->t;
+            if (list.count && i % 7 == 0) ray.tmax = solid_edge(&list, rng_u32(&rng) % (2 * list.count))->t;
             const Edge *first = NULL;
             for (uint32_t k = 0; k < 2 * list.count && !first; k++)
-                if (edge_at(&list, k)->t > ray.tmin) first = edge_at(&list, k);
+                if (solid_edge(&list, k)->t > ray.tmin) first = solid_edge(&list, k);
             if (first && !(first->t <= ray.tmax)) first = NULL;
             Hit hit = {.t = -7};
-            bool found = prim->ops->intersect(prim, &ray, &hit, &scratch);
+            bool found = prim->ops->intersect(prim, &ray, &hit, &solid_scratch);
             assert_int_equal(found, first != NULL);
-            assert_int_equal(prim->ops->occluded(prim, &ray, &scratch), found);
+            assert_int_equal(prim->ops->occluded(prim, &ray, &solid_scratch), found);
             if (!found) {
                 assert_true(hit.t == -7);
                 continue;
@@ -665,14 +348,14 @@ static void queries_agree(void **state)
                 assert_true(fabs(p - at) <= 1e-7 * (1 + fabs(vec3_get(ray.o, axis))));
             }
             /* the normal looks outward: against the ray where it enters */
-            bool enters = first == edge_at(&list, 0) || (first - &list.seg[0].in) % 2 == 0;
+            bool enters = first == solid_edge(&list, 0) || (first - &list.seg[0].in) % 2 == 0;
             double cosine = vec3_dot(vec3_normalize(s.n), vec3_normalize(ray.d));
             assert_true(enters ? cosine < 1e-6 : cosine > -1e-6);
             assert_true(vec3_dot(vec3_normalize(s.n), vec3_normalize(first->n)) > 1 - 1e-6);
 
             Ray twice = {ray.o, vec3_scale(ray.d, 2), ray.tmin / 2, ray.tmax / 2};
             Hit half;
-            assert_true(prim->ops->intersect(prim, &twice, &half, &scratch));
+            assert_true(prim->ops->intersect(prim, &twice, &half, &solid_scratch));
             assert_true(half.t == hit.t / 2 && half.leaf == hit.leaf && half.part == hit.part);
         }
         prim_destroy(prim);
@@ -687,33 +370,33 @@ static void no_hit_of_own_surface(void **state)
     Rng rng = rng_seed(SEED, 6);
     long rays = 0;
     for (int pose = 0; pose < 40; pose++) {
-        Affine m = random_pose(&rng);
-        Expr left = moved(box(-1, -1, -1, 0.1, 1, 1), m), right = moved(box(0.1, -1, -1, 1, 1, 1), m);
-        Expr whole = moved(box(-1, -1, -1, 1, 1, 1), m);
-        right.token[0].to_csg = roundabout(right.token[0].to_csg, &rng);
-        Vec3 by = random_point(&rng, 3e-15);  /* counts as coincident, but the first shows where the second stands out */
-        Expr made[] = {unite(left, right), minus(whole, moved(box(1, -1, -1, 2, 1, 1), m)),
-                       meet(whole, moved(box(-1, -1, -1, 1, 1, 1), roundabout(m, &rng))),
-                       unite(whole, moved(whole, affine_translate(by.x, by.y, by.z)))};
+        Affine m = solid_random_pose(&rng);
+        Expr left = solid_moved(solid_box(-1, -1, -1, 0.1, 1, 1), m), right = solid_moved(solid_box(0.1, -1, -1, 1, 1, 1), m);
+        Expr whole = solid_moved(solid_box(-1, -1, -1, 1, 1, 1), m);
+        right.token[0].to_csg = solid_roundabout(right.token[0].to_csg, &rng);
+        Vec3 by = solid_random_point(&rng, 3e-15);  /* counts as coincident, but the first shows where the second stands out */
+        Expr made[] = {solid_unite(left, right), solid_minus(whole, solid_moved(solid_box(1, -1, -1, 2, 1, 1), m)),
+                       solid_meet(whole, solid_moved(solid_box(-1, -1, -1, 1, 1, 1), solid_roundabout(m, &rng))),
+                       solid_unite(whole, solid_moved(whole, affine_translate(by.x, by.y, by.z)))};
         for (int k = 0; k < 4; k++) {
-            Prim *prim = solid(&made[k]);
+            Prim *prim = solid_prim(&made[k]);
             for (int i = 0; i < 300; i++) {
-                Ray ray = random_ray(&rng, i % 10 ? RAY_RANDOM : RAY_FAR, &made[k]);
+                Ray ray = solid_random_ray(&rng, i % 10 ? RAY_RANDOM : RAY_FAR, &made[k]);
                 Hit hit;
                 Surface s;
-                arena_reset(scratch.arena);
-                if (!prim->ops->intersect(prim, &ray, &hit, &scratch)) continue;
+                arena_reset(solid_scratch.arena);
+                if (!prim->ops->intersect(prim, &ray, &hit, &solid_scratch)) continue;
                 if (vec3_dot(ray.d, vec3_sub(ray.o, vec3_make(0, 0, 0))) > 0 && i % 10 == 0) continue;
                 prim->ops->surface(prim, &ray, &hit, &s);
                 Vec3 n = vec3_normalize(s.n);
                 if (vec3_dot(n, ray.d) > 0) continue;  /* it started inside */
-                Vec3 o = vec3_at(s.p, vec3_dot(vec3_abs(n), s.p_err), n), d = vec3_normalize(random_point(&rng, 1));
+                Vec3 o = vec3_at(s.p, vec3_dot(vec3_abs(n), s.p_err), n), d = vec3_normalize(solid_random_point(&rng, 1));
                 if (i % 3 == 0) d = vec3_at(d, -vec3_dot(d, n) * (1 - 0x1p-20), n);
                 if (vec3_dot(d, n) < 0) d = vec3_neg(d);
                 Ray away = {o, d, 0, INFINITY};
                 rays++;
-                if (!prim->ops->intersect(prim, &away, &hit, &scratch)) continue;
-                print_ray("leaving ray", &away);
+                if (!prim->ops->intersect(prim, &away, &hit, &solid_scratch)) continue;
+                solid_print_ray("leaving ray", &away);
                 fail_msg("made %d meets itself at %g, n.d %g", k, hit.t, vec3_dot(n, d));
             }
             prim_destroy(prim);
@@ -727,28 +410,28 @@ static void no_hit_of_own_surface(void **state)
 static void identity_of_faces(void **state)
 {
     (void)state;
-    Expr a = box(0, 0, 0, 1, 1, 1), same = box(0, 0, 0, 1, 1, 1), far = box(5, 5, 5, 6, 6, 6);
-    Expr edge_on = box(0.75, 0, 0, 1, 1, 1), half = box(0, 0, 0, 0.5, 1, 1);
+    Expr a = solid_box(0, 0, 0, 1, 1, 1), same = solid_box(0, 0, 0, 1, 1, 1), far = solid_box(5, 5, 5, 6, 6, 6);
+    Expr edge_on = solid_box(0.75, 0, 0, 1, 1, 1), half = solid_box(0, 0, 0, 0.5, 1, 1);
     struct { Expr e; double x; uint32_t leaf, shown, leaf_count; double nx; } table[] = {
-        {unite(a, same), 0.25, 0, 0, 2, -1},
-        {meet(a, same), 0.25, 0, 0, 2, -1},
-        {unite(meet(a, far), same), 0.25, 2, 2, 3, -1},            /* the first operand isn't there */
-        {unite(meet(a, edge_on), same), 0.25, 2, 2, 3, -1},
-        {minus(a, half), 0.25, 1, 0, 2, -1},                       /* carved: the carver's face, the carved's look */
-        {minus(unite(a, far), half), 0.25, 2, 0, 3, -1},
-        {minus(unite(far, a), half), 0.25, 2, 0, 3, -1},
-        {unite(far, minus(a, half)), 0.25, 2, 1, 3, -1},
-        {minus(a, minus(same, half)), 0.25, 0, 0, 3, -1},
-        {minus(a, minus(half, edge_on)), 0.25, 1, 0, 3, -1},
-        {minus(minus(a, half), box(0.5, 0, 0, 0.6, 1, 1)), 0.25, 2, 0, 3, -1},
+        {solid_unite(a, same), 0.25, 0, 0, 2, -1},
+        {solid_meet(a, same), 0.25, 0, 0, 2, -1},
+        {solid_unite(solid_meet(a, far), same), 0.25, 2, 2, 3, -1},            /* the first operand isn't there */
+        {solid_unite(solid_meet(a, edge_on), same), 0.25, 2, 2, 3, -1},
+        {solid_minus(a, half), 0.25, 1, 0, 2, -1},                       /* carved: the carver's face, the carved's look */
+        {solid_minus(solid_unite(a, far), half), 0.25, 2, 0, 3, -1},
+        {solid_minus(solid_unite(far, a), half), 0.25, 2, 0, 3, -1},
+        {solid_unite(far, solid_minus(a, half)), 0.25, 2, 1, 3, -1},
+        {solid_minus(a, solid_minus(same, half)), 0.25, 0, 0, 3, -1},
+        {solid_minus(a, solid_minus(half, edge_on)), 0.25, 1, 0, 3, -1},
+        {solid_minus(solid_minus(a, half), solid_box(0.5, 0, 0, 0.6, 1, 1)), 0.25, 2, 0, 3, -1},
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
-        Prim *prim = solid(&table[i].e);
+        Prim *prim = solid_prim(&table[i].e);
         Ray ray = {vec3_make(-1, 0.5, 0.3), vec3_make(1, 0, 0), 0, INFINITY};
         Hit hit;
         Surface s;
-        arena_reset(scratch.arena);
-        assert_true(prim->ops->intersect(prim, &ray, &hit, &scratch));
+        arena_reset(solid_scratch.arena);
+        assert_true(prim->ops->intersect(prim, &ray, &hit, &solid_scratch));
         if (hit.leaf != table[i].leaf) fail_msg("row %zu: leaf %u", i, hit.leaf);
         assert_int_equal(csg_leaf_count(prim), table[i].leaf_count);
         if (csg_shown_leaf(prim, hit.leaf) != table[i].shown)
@@ -758,8 +441,8 @@ static void identity_of_faces(void **state)
         prim_destroy(prim);
     }
     /* the outermost difference decides, its first leaf shows */
-    Expr e = unite(far, minus(unite(a, same), unite(minus(half, edge_on), far)));
-    Prim *prim = solid(&e);
+    Expr e = solid_unite(far, solid_minus(solid_unite(a, same), solid_unite(solid_minus(half, edge_on), far)));
+    Prim *prim = solid_prim(&e);
     static const uint32_t SHOWN[] = {0, 1, 2, 1, 1, 1};
     assert_int_equal(csg_leaf_count(prim), 6);
     for (uint32_t i = 0; i < 6; i++) assert_int_equal(csg_shown_leaf(prim, i), SHOWN[i]);
@@ -772,21 +455,21 @@ static void nested(void **state)
     (void)state;
     Rng rng = rng_seed(SEED, 7);
     for (int i = 0; i < 50; i++) {
-        Expr a = random_leaf(&rng), inner = op((CsgOp)(i % 3), random_leaf(&rng), random_leaf(&rng));
-        Affine m = random_pose(&rng);
-        Prim *part = solid(&inner);
+        Expr a = random_leaf(&rng), inner = solid_op((CsgOp)(i % 3), random_leaf(&rng), random_leaf(&rng));
+        Affine m = solid_random_pose(&rng);
+        Prim *part = solid_prim(&inner);
         CsgToken inside = {.is_leaf = true, .prim = part, .to_csg = m};
         Expr by_prim = {.token = {a.token[0], inside, {.op = CSG_DIFF}}, .count = 3};
-        Expr by_tree = minus(a, moved(inner, m));
-        Prim *one = solid(&by_prim), *two = solid(&by_tree);
+        Expr by_tree = solid_minus(a, solid_moved(inner, m));
+        Prim *one = solid_prim(&by_prim), *two = solid_prim(&by_tree);
         assert_int_equal(csg_leaf_count(one), 3);
         for (uint32_t k = 0; k < 3; k++) assert_int_equal(csg_shown_leaf(one, k), csg_shown_leaf(two, k));
         for (int k = 0; k < 200; k++) {
-            Ray ray = random_ray(&rng, RAY_RANDOM, &by_tree);
-            arena_reset(scratch.arena);
+            Ray ray = solid_random_ray(&rng, RAY_RANDOM, &by_tree);
+            arena_reset(solid_scratch.arena);
             Hit x = {0}, y = {0};
-            bool found = one->ops->intersect(one, &ray, &x, &scratch);
-            assert_int_equal(found, two->ops->intersect(two, &ray, &y, &scratch));
+            bool found = one->ops->intersect(one, &ray, &x, &solid_scratch);
+            assert_int_equal(found, two->ops->intersect(two, &ray, &y, &solid_scratch));
             if (!found) continue;
             assert_true(x.t == y.t && x.leaf == y.leaf && x.part == y.part && x.u == y.u && x.v == y.v);
             Surface s;
@@ -809,11 +492,11 @@ static Prim *chain(int kind, uint32_t n)
     CsgToken *token = malloc((2 * (size_t)n + 1) * sizeof *token);
     assert_non_null(token);
     size_t k = 0, bad;
-    Expr plate = box(-1, 0, 0, 2.0 * n, 1, 1);
+    Expr plate = solid_box(-1, 0, 0, 2.0 * n, 1, 1);
     if (kind == CHAIN_HOLES) token[k++] = plate.token[0];
     for (uint32_t i = 0; i < n; i++) {
         double x = 2.0 * i, side = kind == CHAIN_HOLES ? 0.25 : 0;
-        Expr b = box(x, 0, side, x + 1, 1, 1 - side);
+        Expr b = solid_box(x, 0, side, x + 1, 1, 1 - side);
         token[k++] = b.token[0];
         CsgOp o = kind == CHAIN_HOLES || (kind == CHAIN_MIXED && i % 2) ? CSG_DIFF : CSG_UNION;
         if (kind != CHAIN_RIGHT && k > 1) token[k++] = (CsgToken){.op = o};
@@ -846,15 +529,15 @@ static void long_and_deep(void **state)
             Ray along = {vec3_make(-9, 0.5, 0.5), vec3_make(1, 0, 0), 0, INFINITY};
             Ray across = {vec3_make(n / 2 * 2 + 0.5, 0.5, -9), vec3_make(0, 0, 1), 0, INFINITY};
             for (int i = 0; i < 5; i++) {
-                arena_reset(scratch.arena);
-                uint32_t count = segments(prim, &along).count;
+                arena_reset(solid_scratch.arena);
+                uint32_t count = solid_segments(prim, &along).count;
                 uint32_t expected = kind == CHAIN_MIXED ? (n + 1) / 2 : kind == CHAIN_HOLES ? n + 1 : n;
                 assert_int_equal(count, expected);
             }
             cost[large] = seconds() - start;
-            arena_reset(scratch.arena);
+            arena_reset(solid_scratch.arena);
             Hit hit;
-            assert_true(prim->ops->intersect(prim, &across, &hit, &scratch));
+            assert_true(prim->ops->intersect(prim, &across, &hit, &solid_scratch));
             assert_true(hit.t == 9);
             prim_destroy(prim);
         }
@@ -869,7 +552,7 @@ static void long_and_deep(void **state)
 static void bad_matrix(void **state)
 {
     (void)state;
-    Expr e = unite(box(0, 0, 0, 1, 1, 1), minus(leaf(SPHERE, affine_identity()), leaf(CUBE, affine_scale(1, 0, 1))));
+    Expr e = solid_unite(solid_box(0, 0, 0, 1, 1, 1), solid_minus(solid_leaf(SPHERE, affine_identity()), solid_leaf(CUBE, affine_scale(1, 0, 1))));
     size_t bad = 99;
     Err err = {0};
     assert_null(csg_create(e.token, e.count, &bad, &err));
@@ -881,7 +564,7 @@ static void bad_matrix(void **state)
 static void out_of_memory(void **state)
 {
     (void)state;
-    Expr e = minus(box(0, 0, 0, 1, 1, 1), leaf(SPHERE, affine_identity()));
+    Expr e = solid_minus(solid_box(0, 0, 0, 1, 1, 1), solid_leaf(SPHERE, affine_identity()));
     long failures = 0;
     for (long n = 1;; n++) {
         size_t bad;
@@ -897,7 +580,7 @@ static void out_of_memory(void **state)
     }
     assert_true(failures > 5);
 
-    /* in the ray loop: no hit, and the scratch says why */
+    /* in the ray loop: no hit, and the solid_scratch says why */
     Prim *prim = chain(CHAIN_LEFT, 2000);
     Ray along = {vec3_make(-9, 0.5, 0.5), vec3_make(1, 0, 0), 0, INFINITY};
     for (long n = 1;; n++) {
@@ -921,20 +604,14 @@ static void out_of_memory(void **state)
 static int set_up(void **state)
 {
     (void)state;
-    shape[SPHERE] = sphere_create();
-    shape[CUBE] = cube_create();
-    shape[CYLINDER] = cylinder_create();
-    shape[CONE] = cone_create();
-    shape[TORUS] = torus_create(TORUS_MINOR);
-    scratch.arena = arena_create();
+    solids_create();
     return 0;
 }
 
 static int tear_down(void **state)
 {
     (void)state;
-    for (int i = 0; i < SHAPES; i++) prim_destroy(shape[i]);
-    arena_destroy(scratch.arena);
+    solids_destroy();
     return 0;
 }
 

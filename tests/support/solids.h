@@ -1,0 +1,67 @@
+/* Solids to write down as expressions, rays to try them with, a way to compare them along a line, and an oracle that
+ * knows them only as sets of points, in __float128. */
+#ifndef RT_SUPPORT_SOLIDS_H
+#define RT_SUPPORT_SOLIDS_H
+
+#include "common/rng.h"
+#include "node/csg/csg.h"
+
+__extension__ typedef __float128 Quad;
+
+enum { MAX_TOKENS = 32 };
+enum { SPHERE, CUBE, CYLINDER, CONE, TORUS, ANALYTIC_SHAPES, CLOSED_MESH = ANALYTIC_SHAPES, SHAPES };
+
+typedef struct { CsgToken token[MAX_TOKENS]; size_t count; } Expr;
+
+/* Between create and destroy. */
+extern Prim *solid_shape[SHAPES];
+extern Scratch solid_scratch;
+
+void solids_create(void);
+void solids_destroy(void);
+
+Expr solid_leaf(int kind, Affine m);
+Expr solid_op(CsgOp o, Expr a, Expr b);
+Expr solid_unite(Expr a, Expr b);
+Expr solid_minus(Expr a, Expr b);
+Expr solid_meet(Expr a, Expr b);
+Affine solid_then(Affine first, Affine second);
+
+/* All leaves moved by one more matrix. */
+Expr solid_moved(Expr e, Affine m);
+
+Expr solid_box(double x0, double y0, double z0, double x1, double y1, double z1);
+Expr solid_rod(double radius, double y0, double y1);
+
+/* The caller frees it with prim_destroy. */
+Prim *solid_prim(const Expr *e);
+
+double solid_uniform(Rng *rng, double lo, double hi);
+Vec3 solid_random_point(Rng *rng, double reach);
+Affine solid_random_pose(Rng *rng);
+
+/* The same place by other roundings. */
+Affine solid_roundabout(Affine m, Rng *rng);
+
+enum { RAY_RANDOM, RAY_AXIS, RAY_EDGE, RAY_FAR, RAY_KINDS };
+extern const char *const SOLID_RAY_NAMES[];
+
+Ray solid_random_ray(Rng *rng, int kind, const Expr *e);
+
+/* What of the line is inside, in solid_scratch. */
+SegList solid_segments(const Prim *prim, const Ray *ray);
+const Edge *solid_edge(const SegList *list, uint32_t i);
+
+/* Whether the lists are the same but for parts no longer than `slack` times the bounds of their ends. */
+bool solid_same_segments(const SegList *a, const SegList *b, double slack);
+
+void solid_print_ray(const char *name, const Ray *ray);
+void solid_print_list(const char *name, const SegList *list);
+
+/* The oracle: each leaf's inverse (of the analytic shapes), and whether the list is inside where the set of points is. */
+typedef struct { Quad m[3][4]; } QAffine;
+
+QAffine solid_q_inverse(const Affine *a);
+bool solid_agrees(const Expr *e, const QAffine *inverse, const SegList *list, const Ray *ray);
+
+#endif
