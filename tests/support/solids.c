@@ -147,6 +147,9 @@ Ray solid_random_ray(Rng *rng, int kind, const Expr *e)
         /* From edge to edge half of the time. Not between neighbours: a short chord of a rim may lie in its flat face
          * while the line leaves the face's plane by more than the bound before it leaves the leaf's box. */
         Vec3 other = edge_point(rng, token);
+        /* A line in a mesh's face is in it or beside it by less than the roundings of its vertices: from inside, then. */
+        if (token->prim == solid_shape[CLOSED_MESH])
+            other = affine_point(&token->to_csg, solid_random_point(rng, 0.5));
         if (rng_u32(rng) % 2 && vec3_length(vec3_sub(other, target)) > 0x1p-4) o = other;
         break;
     }
