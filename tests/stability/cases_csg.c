@@ -1,4 +1,4 @@
-/* Solids made of solids: set laws, flush faces, thin gaps, size, and eyes inside and on the surface. */
+/* Solids made of solids: flush faces, thin gaps, size, and eyes inside and on the surface. */
 #include "stability/stability.h"
 
 #include <stdio.h>
@@ -37,41 +37,7 @@ static void compare(Row *row, Rng *rng, const char *name, const Expr *a, const E
     prim_destroy(pb);
 }
 
-/* -- 29: the laws of sets -- */
-
-static Expr random_leaf(Rng *rng) { return solid_leaf((int)(rng_u32(rng) % SHAPES), solid_random_pose(rng)); }
-
-static void set_laws(Row *row, uint64_t trials)
-{
-    enum { LAWS = 15, POSES = 8 };
-    static const char *const NAME[LAWS] = {
-        "A - A = 0", "A x A = A", "A + A = A", "A - A' = 0", "A x A' = A", "A + A' = A", "A - (A - B) = A x B",
-        "U - (A + B) = (U - A) x (U - B)", "U - (A x B) = (U - A) + (U - B)", "A + B = B + A", "A x B = B x A",
-        "(A + B) + C = A + (B + C)", "(A x B) x C = A x (B x C)", "(A - B) - C = A - (B + C)", "(A - B) + (A x B) = A"};
-    solids_create();
-    Rng rng = rng_seed(SEED, 29);
-    uint64_t rays = trials / (LAWS * POSES * SHAPES * RAY_KINDS) + 1;
-    for (int shape = 0; shape < SHAPES; shape++)
-        for (int pose = 0; pose < POSES; pose++) {
-            Expr none = {.count = 0}, a = solid_leaf(shape, pose ? solid_random_pose(&rng) : affine_identity());
-            Expr b = random_leaf(&rng), c = random_leaf(&rng), u = solid_box(-8, -8, -8, 8, 8, 8), a2 = a;
-            a2.token[0].to_csg = solid_roundabout(a.token[0].to_csg, &rng);
-            Expr a_b = solid_minus(a, b), ab = solid_meet(a, b), sum = solid_unite(a, b);
-            Expr u_a = solid_minus(u, a), u_b = solid_minus(u, b);
-            struct { Expr left, right; } law[LAWS] = {
-                {solid_minus(a, a), none}, {solid_meet(a, a), a}, {solid_unite(a, a), a},
-                {solid_minus(a, a2), none}, {solid_meet(a, a2), a}, {solid_unite(a, a2), a},
-                {solid_minus(a, a_b), ab}, {solid_minus(u, sum), solid_meet(u_a, u_b)},
-                {solid_minus(u, ab), solid_unite(u_a, u_b)}, {sum, solid_unite(b, a)}, {ab, solid_meet(b, a)},
-                {solid_unite(sum, c), solid_unite(a, solid_unite(b, c))},
-                {solid_meet(ab, c), solid_meet(a, solid_meet(b, c))},
-                {solid_minus(a_b, c), solid_minus(a, solid_unite(b, c))}, {solid_unite(a_b, ab), a}};
-            for (int i = 0; i < LAWS; i++) compare(row, &rng, NAME[i], &law[i].left, &law[i].right, rays);
-        }
-    solids_destroy();
-}
-
-/* -- 30, 31: flush faces -- */
+/* -- 30: flush faces -- */
 
 enum { FLUSH = 10 };
 
@@ -103,35 +69,14 @@ static void flush_cases(FlushCase table[FLUSH])
     memcpy(table, made, sizeof made);
 }
 
-static void compare_flush(Row *row, Rng *rng, Affine pose, uint64_t rays)
-{
-    FlushCase table[FLUSH];
-    flush_cases(table);
-    for (int i = 0; i < FLUSH; i++) {
-        Expr a = solid_moved(table[i].flush, pose), b = solid_moved(table[i].overlapping, pose);
-        compare(row, rng, table[i].name, &a, &b, rays);
-    }
-}
-
 static void flush_faces(Row *row, uint64_t trials)
 {
     solids_create();
     Rng rng = rng_seed(SEED, 30);
-    compare_flush(row, &rng, affine_identity(), trials / (FLUSH * RAY_KINDS) + 1);
-    solids_destroy();
-}
-
-static void flush_faces_turned(Row *row, uint64_t trials)
-{
-    static const double DEG[] = {17, 33, 51};
-    solids_create();
-    Rng rng = rng_seed(SEED, 31);
-    for (int pose = 0; pose < 18; pose++) {
-        Affine m = affine_rotate(pose / 3 % 3, DEG[pose % 3]);
-        if (pose >= 9) m = solid_then(m, affine_rotate((pose / 3 + 1) % 3, DEG[(pose + 1) % 3]));
-        m = solid_then(solid_then(m, affine_scale(1. / 3, 1. / 3, 1. / 3)), affine_scale(3, 3, 3));
-        compare_flush(row, &rng, m, trials / (18 * FLUSH * RAY_KINDS) + 1);
-    }
+    FlushCase table[FLUSH];
+    flush_cases(table);
+    for (int i = 0; i < FLUSH; i++)
+        compare(row, &rng, table[i].name, &table[i].flush, &table[i].overlapping, trials / (FLUSH * RAY_KINDS) + 1);
     solids_destroy();
 }
 
@@ -393,11 +338,8 @@ static void open_operand(Row *row, uint64_t trials)
 }
 
 const StabilityCase csg_cases[] = {
-    {29, "laws of sets, all shapes, 8 poses", "metamorphic", "POV-Ray: A - A drawn, A x A 27-100 % wrong", 200000, 5000000,
-     100000000, set_laws},
     {30, "flush faces, as with an overlap of 1e-3", "metamorphic", "POV-Ray: 3,317 and 3,752 pixels wrong", 200000, 5000000,
      100000000, flush_faces},
-    {31, "flush faces, turned and scaled by 1/3 * 3", "metamorphic", "", 200000, 5000000, 100000000, flush_faces_turned},
     {32, "gaps and films of 1e-1 ... 1e-17, 0 to 89.9 deg", "coverage", "", 200000, 5000000, 100000000, gaps},
     {33, "10,000 in a list, 5,000 deep, 1,000 holes", "analytic", "", 6, 60, 600, long_and_deep},
     {34, "eye in a difference and on its cut", "quad", "", 20000, 1000000, 10000000, eye_in_difference},
