@@ -36,7 +36,7 @@ int poly_quadratic(double a, double b, double c, PolyRoot root[2])
         PolyRoot big = quotient_root((Dd){-sb, 0}, (Dd){sa, 0}, eb - ea);
         PolyRoot small = c == 0 ? (PolyRoot){0, 0, 0}
                                 : quotient_root((Dd){-ldexp(c, -ec), 0}, (Dd){sb, 0}, ec - eb);
-        bool swap = big.x < small.x;
+        bool swap = (sb < 0) == (sa < 0);   /* big is negative, whatever it is rounded to */
         root[swap ? 0 : 1] = big;
         root[swap ? 1 : 0] = small;
         return 2;

@@ -117,6 +117,8 @@ static bool exact(const Ray *ray, Crossing c[2])
     } else if (side.a.hi > 0) {
         if (side.count == 0 || middle_y(&line, &side) >= 0) return false;
     } else {
+        /* parallel to a side and above it: the half of the line that is inside is in the upper nappe */
+        if (side.a.hi == 0 && (side.b.hi < 0) != down) return false;
         c[!down] = side.root[down];
         c[down].t = down ? INFINITY : -INFINITY;
     }

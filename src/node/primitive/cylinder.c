@@ -73,7 +73,8 @@ static bool refine(const Ray *ray, const Guess *g, int i, Crossing *c)
     }
     if (fabs(g->t[i]) < 0x1p-10 * (g->t[1] - g->t[0])) return false;
     *c = quadric_refine(ray, SIGNS, -1, g->t[i], SIDE);
-    return true;
+    /* along the axis the slope is so small that the residual is too coarse */
+    return c->err <= GAMMA(4) * fabs(c->t);
 }
 
 static bool exact(const Ray *ray, Crossing c[2])
