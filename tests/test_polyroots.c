@@ -14,6 +14,7 @@
 
 #include "common/numeric.h"
 #include "common/rng.h"
+#include "support/quartic_roots.h"
 
 enum { BITS = 400, BISECTIONS = 200, QUADRATIC_BITS = 8400 };  /* b^2 and 4 a c may be 2^8000 apart */
 
@@ -357,20 +358,14 @@ static void test_quartic_spread(void **state)
     assert_true(tally.skipped < 10);
 }
 
-/* Sets of roots with which Ferrari's and companion-matrix solvers lose digits, from the tables of Strobach 2010 and of
- * Orellana and De Michele 2020. */
 static void test_quartic_published(void **state)
 {
     (void)state;
-    static const double ROOTS[][4] = {
-        {1, 1e3, 1e6, 1e9}, {2.003, 2.002, 2.001, 2}, {1e53, 1e50, 1e49, 1e47}, {1e14, 2, 1, -1}, {-2e7, 1e7, 1, -1},
-        {1e7, -1e6, 1, -1}, {-7, -4, 1e6, 1e5}, {1e8, 11, 1e3, 1}, {1e7, 11, 1e3, 1}, {1e7, 10, 1e3, 1e-7},
-    };
     Tally tally = {0};
-    for (size_t i = 0; i < sizeof ROOTS / sizeof ROOTS[0]; i++) {
+    for (size_t i = 0; i < QUARTIC_ROOTS_COUNT; i++) {
         double c[5], greatest = 1;
-        expand(ROOTS[i], c);
-        for (int k = 0; k < 4; k++) greatest = fmax(greatest, fabs(ROOTS[i][k]));
+        expand(QUARTIC_ROOTS[i], c);
+        for (int k = 0; k < 4; k++) greatest = fmax(greatest, fabs(QUARTIC_ROOTS[i][k]));
         check_quartic(c, ilogb(greatest) + 3, "published roots", i, &tally);
     }
     /* no real root; two; a biquadratic; a huge and a tiny constant */

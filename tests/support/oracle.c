@@ -7,6 +7,14 @@ Quad q_sqrt(Quad x)
 {
     if (x <= 0) return 0;
     int e = 0;
+    while (x > 0x1p128) {
+        x *= 0x1p-128;
+        e += 64;
+    }
+    while (x < 0x1p-128) {
+        x *= 0x1p128;
+        e -= 64;
+    }
     while (x > 4) {
         x /= 4;
         e++;
@@ -17,6 +25,8 @@ Quad q_sqrt(Quad x)
     }
     Quad r = (Quad)sqrt((double)x);
     for (int i = 0; i < 3; i++) r = (r + x / r) / 2;
+    for (; e >= 64; e -= 64) r *= 0x1p64;
+    for (; e <= -64; e += 64) r *= 0x1p-64;
     for (; e > 0; e--) r *= 2;
     for (; e < 0; e++) r /= 2;
     return r;

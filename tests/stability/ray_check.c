@@ -1,0 +1,296 @@
+#include "stability/ray_check.h"
+
+#include <float.h>
+#include <mpfr.h>
+#include <stdlib.h>
+
+#include "common/numeric.h"
+#include "support/check.h"
+
+/* t must be within 4 ulps for quadrics; for the torus within 16 where its condition number is at most 16; and its bound
+ * no more than 64 times the error that the condition number explains. */
+#define QUADRIC_ULPS 4
+#define TORUS_ULPS 16
+#define TORUS_CONDITION 16
+#define BOUND_SLACK 64
+
+/* What the quad oracle can't tell apart itself, in units of length. */
+#define DECIDABLE 0x1p-90
+
+enum { BITS = 200 };
+struct Precise { mpfr_t t, p[3], r, f, g; };
+
+Subject subject_open(ShapeKind kind, double minor, bool precise)
+{
+    Subject s = {.kind = kind, .minor = minor, .scratch = {.arena = arena_create()}};
+    switch (kind) {
+    case SPHERE: s.prim = sphere_create(); break;
+    case CUBE: s.prim = cube_create(); break;
+    case CYLINDER: s.prim = cylinder_create(); break;
+    case CONE: s.prim = cone_create(); break;
+    case TORUS: s.prim = torus_create(minor); break;
+    case SHAPE_COUNT: break;
+    }
+    CHECK(s.prim && s.scratch.arena);
+    if (precise) {
+        struct Precise *m = s.mp = malloc(sizeof *m);
+        CHECK(m);
+        mpfr_inits2(BITS, m->t, m->p[0], m->p[1], m->p[2], m->r, m->f, m->g, (mpfr_ptr)NULL);
+    }
+    return s;
+}
+
+void subject_close(Subject *s)
+{
+    struct Precise *m = s->mp;
+    if (m) mpfr_clears(m->t, m->p[0], m->p[1], m->p[2], m->r, m->f, m->g, (mpfr_ptr)NULL);
+    free(m);
+    prim_destroy(s->prim);
+    arena_destroy(s->scratch.arena);
+}
+
+const char *subject_name(const Subject *s) { return s->prim->ops->name; }
+
+bool subject_hit(Subject *s, const Ray *ray, Hit *hit)
+{
+    *hit = (Hit){.object = HIT_NONE};
+    return s->prim->ops->intersect(s->prim, ray, hit, &s->scratch);
+}
+
+void subject_truth(const Subject *s, const Ray *ray, Truth *truth)
+{
+    static OracleTruth *const TRUTH[] = {sphere_truth, cube_truth, cylinder_truth, cone_truth, torus_truth};
+    *truth = (Truth){.n = 0};
+    TRUTH[s->kind](s->minor, ray, truth);
+}
+
+void true_normal(const Subject *s, const Quad p[3], Quad n[3])
+{
+    Quad rr = p[0] * p[0] + p[2] * p[2], side = q_abs(rr - 1);
+    n[0] = p[0], n[1] = p[1], n[2] = p[2];
+    switch (s->kind) {
+    case CUBE: {
+        int face = 0;
+        for (int i = 0; i < 6; i++)
+            if (q_abs(p[i / 2] - i % 2) < q_abs(p[face / 2] - face % 2)) face = i;
+        for (int i = 0; i < 3; i++) n[i] = i == face / 2 ? 2 * (face % 2) - 1 : 0;
+        break;
+    }
+    case CYLINDER:
+        if (q_abs(q_abs(p[1]) - 1) < side) n[0] = n[2] = 0;
+        else n[1] = 0;
+        break;
+    case CONE:
+        if (q_abs(p[1] + 1) < q_abs(rr - p[1] * p[1])) n[0] = n[2] = 0;
+        else n[1] = q_sqrt(rr);
+        break;
+    case TORUS: {
+        Quad rho = q_sqrt(rr), ring = rho > 0 ? (rho - 1) / rho : 0;
+        n[0] *= ring;
+        n[2] *= ring;
+        break;
+    }
+    case SPHERE:
+    case SHAPE_COUNT: break;
+    }
+}
+
+double angle_ulps(Vec3 v, const Quad n[3])
+{
+    Quad a[3] = {v.x, v.y, v.z}, cross[3], aa = 0, nn = 0, cc = 0;
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        cross[i] = a[j] * n[k] - a[k] * n[j];
+        aa += a[i] * a[i];
+        nn += n[i] * n[i];
+        cc += cross[i] * cross[i];
+    }
+    return aa > 0 && nn > 0 ? (double)q_sqrt(cc / (aa * nn)) / UNIT_ROUNDOFF : 0;
+}
+
+static void add_square(mpfr_t sum, mpfr_t help, mpfr_t x)
+{
+    mpfr_sqr(help, x, MPFR_RNDN);
+    mpfr_add(sum, sum, help, MPFR_RNDN);
+}
+
+static int max_sign(int a, int b) { return a > b ? a : b; }
+
+/* Sign of |x| - value. */
+static int within(mpfr_t x, mpfr_t help, double value)
+{
+    mpfr_abs(help, x, MPFR_RNDN);
+    return mpfr_cmp_d(help, value);
+}
+
+/* -1, 0, 1: the ray's point at t + delta is inside, on the surface, outside. */
+static int place(const Subject *s, const Ray *ray, double t, double delta)
+{
+    struct Precise *m = s->mp;
+    double o[3] = {ray->o.x, ray->o.y, ray->o.z}, d[3] = {ray->d.x, ray->d.y, ray->d.z};
+    mpfr_set_d(m->t, t, MPFR_RNDN);
+    mpfr_add_d(m->t, m->t, delta, MPFR_RNDN);
+    for (int i = 0; i < 3; i++) {
+        mpfr_mul_d(m->p[i], m->t, d[i], MPFR_RNDN);
+        mpfr_add_d(m->p[i], m->p[i], o[i], MPFR_RNDN);
+    }
+    if (s->kind == CUBE) {
+        int sign = -1;
+        for (int i = 0; i < 3; i++)
+            sign = max_sign(sign, max_sign(-mpfr_sgn(m->p[i]), mpfr_cmp_ui(m->p[i], 1)));
+        return sign;
+    }
+    mpfr_sqr(m->r, m->p[0], MPFR_RNDN);
+    add_square(m->r, m->g, m->p[2]);   /* x^2 + z^2 */
+    switch (s->kind) {
+    case SPHERE:
+        add_square(m->r, m->g, m->p[1]);
+        return mpfr_cmp_ui(m->r, 1);
+    case CYLINDER: return max_sign(mpfr_cmp_ui(m->r, 1), within(m->p[1], m->g, 1));
+    case CONE:
+        mpfr_sqr(m->g, m->p[1], MPFR_RNDN);
+        return max_sign(mpfr_cmp(m->r, m->g), max_sign(mpfr_sgn(m->p[1]), -mpfr_cmp_si(m->p[1], -1)));
+    case TORUS:
+        mpfr_sqrt(m->f, m->r, MPFR_RNDN);
+        mpfr_sub_ui(m->f, m->f, 1, MPFR_RNDN);
+        mpfr_sqr(m->f, m->f, MPFR_RNDN);
+        add_square(m->f, m->g, m->p[1]);
+        mpfr_set_d(m->g, s->minor, MPFR_RNDN);
+        mpfr_sqr(m->g, m->g, MPFR_RNDN);
+        return mpfr_cmp(m->f, m->g);
+    case CUBE:
+    case SHAPE_COUNT: break;
+    }
+    return 0;
+}
+
+/* The surface is crossed within the bound of every edge that has no other one so near. */
+static bool bounds_hold(const Subject *s, const Ray *ray, const SegList *list)
+{
+    double before = -INFINITY;
+    for (uint32_t i = 0; i < 2 * list->count; i++) {
+        const Seg *seg = &list->seg[i / 2];
+        const Edge *e = i % 2 ? &seg->out : &seg->in;
+        const Edge *next = i % 2 ? i + 1 < 2 * list->count ? &seg[1].in : NULL : &seg->out;
+        double reach = e->t + e->t_err, from = e->t - e->t_err;
+        bool alone = from > before && (!next || reach < next->t - next->t_err);
+        before = reach;
+        if (!alone) continue;
+        int below = place(s, ray, e->t, -e->t_err), above = place(s, ray, e->t, e->t_err);
+        if (i % 2 ? below > 0 || above < 0 : below < 0 || above > 0) return false;
+    }
+    return true;
+}
+
+/* How far t moves, to first order, when each component of the ray moves by its own size, in the worst direction. */
+static double sensitivity(const Subject *s, const Ray *ray, Quad t)
+{
+    Quad o[3] = {ray->o.x, ray->o.y, ray->o.z}, d[3] = {ray->d.x, ray->d.y, ray->d.z}, p[3], n[3];
+    for (int i = 0; i < 3; i++) p[i] = o[i] + t * d[i];
+    true_normal(s, p, n);
+    Quad slope = 0, sum = 0;
+    for (int i = 0; i < 3; i++) {
+        slope += n[i] * d[i];
+        sum += q_abs(n[i]) * (q_abs(o[i]) + q_abs(t * d[i]));
+    }
+    slope = q_abs(slope);
+    return slope > 0 ? (double)(sum / slope) : INFINITY;
+}
+
+typedef struct { double off, ulps, loose; bool measured, ok; } Verdict;
+
+static Verdict judge(const Subject *s, const Ray *ray, const Edge *edge, Quad truth, double fuzz)
+{
+    double size = fabs((double)truth), moves = sensitivity(s, ray, truth);
+    fuzz += 0x1p-108 * moves;
+    Verdict v = {.off = fmax(0, (double)q_abs(truth - edge->t) - fuzz)};
+    v.ulps = v.off / (nextafter(size, INFINITY) - size);
+    v.measured = s->kind != TORUS || moves <= TORUS_CONDITION * size;
+    v.loose = edge->t_err / (UNIT_ROUNDOFF * moves + fuzz + 0x1p-1074);
+    v.ok = v.off <= edge->t_err && v.loose <= BOUND_SLACK;
+    if (v.measured) v.ok = v.ok && v.ulps <= (s->kind == TORUS ? TORUS_ULPS : QUADRIC_ULPS);
+    return v;
+}
+
+static bool finite3(Vec3 v) { return isfinite(v.x) && isfinite(v.y) && isfinite(v.z); }
+
+static bool ordered(const SegList *list)
+{
+    double last = -INFINITY;
+    for (uint32_t i = 0; i < list->count; i++) {
+        const Edge *in = &list->seg[i].in, *out = &list->seg[i].out;
+        if (!(in->t >= last && out->t >= in->t && isfinite(in->t) && isfinite(out->t))) return false;
+        if (!finite3(in->n) || !finite3(out->n) || !(vec3_max(vec3_abs(in->n)) > 0 && vec3_max(vec3_abs(out->n)) > 0))
+            return false;
+        last = out->t;
+    }
+    return true;
+}
+
+static bool fail(Row *row, const Subject *s, const Ray *r, uint64_t seed, const char *what, double figure)
+{
+    row_trial(row, false, "%s %g: %s %.3g, seed %llu, o %a %a %a d %a %a %a", subject_name(s), s->minor, what, figure,
+              (unsigned long long)seed, r->o.x, r->o.y, r->o.z, r->d.x, r->d.y, r->d.z);
+    return true;
+}
+
+bool check_ray(Row *row, Subject *s, const Ray *ray, uint64_t seed)
+{
+    Truth truth;
+    subject_truth(s, ray, &truth);
+    for (int i = 0; i < truth.n; i++)
+        if (q_abs(truth.t[i]) > 0x1p1000 || (truth.t[i] != 0 && q_abs(truth.t[i]) < 0x1p-1000)) return false;
+    arena_reset(s->scratch.arena);
+    SegList list = seg_list(&s->scratch);
+    CHECK(s->prim->ops->segments(s->prim, ray, &list));
+    if (!ordered(&list)) return fail(row, s, ray, seed, "crossings unordered or not finite", list.count);
+    double far = fmax(1, vec3_max(vec3_abs(ray->o)));
+    bool decidable = truth.margin >= DECIDABLE * far * far;
+    if (2 * (int)list.count != truth.n) {
+        if (decidable) return fail(row, s, ray, seed, "wrong count, truth", truth.n);
+        row_trial(row, true, "undecidable");
+        return true;
+    }
+    Vec3 d = ray->d;
+    Quad length = q_sqrt((Quad)d.x * d.x + (Quad)d.y * d.y + (Quad)d.z * d.z);
+    /* the oracle's own rounding, more as a grazing angle makes it */
+    double fuzz = (double)(0x1p-106 * far / q_sqrt(q_max(DECIDABLE * DECIDABLE, q_min(truth.margin, 1))) / length);
+    for (int i = 0; decidable && i < truth.n; i++) {
+        const Edge *edge = i % 2 ? &list.seg[i / 2].out : &list.seg[i / 2].in;
+        Verdict v = judge(s, ray, edge, truth.t[i], fuzz);
+        if (v.off > edge->t_err) return fail(row, s, ray, seed, "off / bound", v.off / edge->t_err);
+        if (v.loose > BOUND_SLACK) return fail(row, s, ray, seed, "bound / explained", v.loose);
+        if (!v.ok) return fail(row, s, ray, seed, "ulps", v.ulps);
+        if (v.measured) row->t_ulps = fmax(row->t_ulps, v.ulps);
+    }
+    if (s->mp && !bounds_hold(s, ray, &list)) return fail(row, s, ray, seed, "MPFR: no crossing in bound", 0);
+
+    const Edge *first = NULL;
+    for (uint32_t i = 0; i < 2 * list.count && !first; i++) {
+        const Edge *e = i % 2 ? &list.seg[i / 2].out : &list.seg[i / 2].in;
+        if (e->t > ray->tmin && e->t <= ray->tmax) first = e;
+    }
+    Hit hit;
+    bool found = subject_hit(s, ray, &hit);
+    if (found != (first != NULL) || (found && hit.t != first->t))
+        return fail(row, s, ray, seed, "intersect isn't the first edge", found);
+    row_trial(row, true, "crossings");
+    return true;
+}
+
+double uniform(Rng *rng, double lo, double hi) { return lo + (hi - lo) * rng_double(rng); }
+
+Vec3 random_direction(Rng *rng)
+{
+    for (;;) {
+        Vec3 v = vec3_make(uniform(rng, -1, 1), uniform(rng, -1, 1), uniform(rng, -1, 1));
+        double l = vec3_dot(v, v);
+        if (l > 0.01 && l < 1) return vec3_scale(v, 1 / sqrt(l));
+    }
+}
+
+Vec3 random_point(Rng *rng, const Subject *s)
+{
+    Box b = s->prim->ops->bounds(s->prim);
+    return vec3_make(uniform(rng, b.lo.x, b.hi.x), uniform(rng, b.lo.y, b.hi.y), uniform(rng, b.lo.z, b.hi.z));
+}
