@@ -31,6 +31,10 @@ enum {
 #define OBJECT_MEMORY_SHARE 0.75
 #define OBJECT_BYTES (sizeof(Object) + sizeof(BoxF) + 96)
 
+/* Meshes whose greatest coordinate is beyond 2^+-this are divided by a power of two: boxes and the first test of
+ * triangles are in floats, whose products would overflow or vanish. */
+#define MESH_EXPONENT 32
+
 /* Testing an object in its place against testing eight boxes. */
 #define OBJECT_COST 4.0f
 
@@ -40,6 +44,7 @@ typedef struct {
     Prim *prim;              /* what its objects use; NULL while it is to be baked */
     bool csg;                /* prim was made here */
     const Mesh *mesh;        /* of a mesh node */
+    int exponent;            /* mesh is the node's divided by 2^this */
     const Node **leaf_node;  /* CSG: the node of each leaf, in the leaves' order */
     uint32_t leaf_count;     /* number of its shadings */
     uint32_t shading;        /* index of the first */
@@ -50,6 +55,15 @@ typedef struct {
 /* A mesh primitive made so far. */
 typedef struct { const Mesh *mesh; Prim *prim; } MadeMesh;
 
+/* A mesh divided by 2^exponent: all but the positions is borrowed from `from`. */
+typedef struct ScaledMesh {
+    struct ScaledMesh *next;
+    const Mesh *from;
+    Mesh mesh;
+    int exponent;
+    Vec3 position[];
+} ScaledMesh;
+
 struct WorldMemory {
     Object *objects;
     Shading *shadings;
@@ -58,6 +72,7 @@ struct WorldMemory {
     uint32_t geometry_count;
     MadeMesh *made;
     uint32_t made_count;
+    ScaledMesh *scaled;      /* a list */
     Prim *baked;
     Material *plain;         /* for mountains that were given no material */
 };
@@ -218,6 +233,44 @@ static bool check_look(Compile *c, const Node *node)
     return load_texture(c, node);
 }
 
+static Vec3 vec3_ldexp(Vec3 a, int e) { return vec3_make(ldexp(a.x, e), ldexp(a.y, e), ldexp(a.z, e)); }
+
+/* The node's mesh in floats' range, and the power of two that its objects' matrices must be multiplied by. A mountain
+ * stays as it is: its colours go by its heights. NULL without memory. */
+static const Mesh *mesh_in_range(Compile *c, const Node *node, int *exponent)
+{
+    const Mesh *from = node->mesh->loaded;
+    *exponent = 0;
+    Box b = mesh_bounds(from);
+    if (is_mountain(node) || box_is_empty(b)) return from;
+    double reach = box_reach(b);
+    if (!(reach > 0) || !isfinite(reach) || abs(ilogb(reach)) <= MESH_EXPONENT) return from;
+    ScaledMesh *s = c->memory->scaled;
+    while (s && s->from != from) s = s->next;
+    if (!s) {
+        s = malloc(sizeof *s + from->position_count * sizeof *s->position);
+        if (!s) {
+            out_of_memory(c);
+            return NULL;
+        }
+        *s = (ScaledMesh){c->memory->scaled, from, *from, ilogb(reach)};
+        for (uint32_t i = 0; i < from->position_count; i++)
+            s->position[i] = vec3_ldexp(from->position[i], -s->exponent);
+        s->mesh.position = s->position;
+        c->memory->scaled = s;
+    }
+    *exponent = s->exponent;
+    return &s->mesh;
+}
+
+static Affine times_power(Affine a, int exponent)
+{
+    if (exponent == 0) return a;
+    double s = ldexp(1, exponent);
+    Affine scale = affine_scale(s, s, s);
+    return affine_mul(&a, &scale);
+}
+
 static Prim *made_mesh(const Compile *c, const Mesh *mesh, bool closed)
 {
     for (uint32_t i = 0; i < c->made_count; i++)
@@ -265,11 +318,14 @@ static bool csg_leaf(Compile *c, CsgWalk *w, const CsgVisit *v)
 {
     const Node *node = v->node;
     const Prim *prim = node->prim;
+    int exponent = 0;
     if (node->kind == NODE_MESH) {
         if (is_mountain(node)) return blame(c, node, ERR_SCENE, "is open and can't be a CSG operand");
         if (!load_mesh(c, node)) return false;
+        const Mesh *mesh = mesh_in_range(c, node, &exponent);
+        if (!mesh) return false;
         Err open;
-        if (!made_mesh(c, node->mesh->loaded, true) && !mesh_is_closed(node->mesh->loaded, &open)) {
+        if (!made_mesh(c, mesh, true) && !mesh_is_closed(node->mesh->loaded, &open)) {
             if (open.kind != ERR_SCENE) {
                 *c->err = open;
                 return false;
@@ -278,14 +334,15 @@ static bool csg_leaf(Compile *c, CsgWalk *w, const CsgVisit *v)
             snprintf(what, sizeof what, "can't be a CSG operand: %.600s", open.text);
             return blame(c, node, ERR_SCENE, what);
         }
-        prim = mesh_prim(c, node->mesh->loaded, true);
+        prim = mesh_prim(c, mesh, true);
         if (!prim) return false;
     } else if (node->kind != NODE_PRIM || !prim->ops->closed) {
         return blame(c, node, ERR_SCENE, "can't be a CSG operand: it is no closed solid");
     }
     if (!grow(&w->token, sizeof *w->token, w->token_count + 1, &w->token_capacity)) return out_of_memory(c);
     if (!grow(&w->leaf_node, sizeof *w->leaf_node, w->leaf_count + 1, &w->leaf_capacity)) return out_of_memory(c);
-    w->token[w->token_count++] = (CsgToken){true, CSG_UNION, prim, affine_mul(&v->to_csg, &node->base)};
+    Affine to_csg = affine_mul(&v->to_csg, &node->base);
+    w->token[w->token_count++] = (CsgToken){true, CSG_UNION, prim, times_power(to_csg, exponent)};
     w->leaf_node[w->leaf_count++] = node;
     return true;
 }
@@ -360,7 +417,8 @@ static Geometry *geometry(Compile *c, const Node *node)
         break;
     case NODE_MESH:
         ok = check_look(c, node) && load_mesh(c, node);
-        g->mesh = node->mesh->loaded;
+        if (ok) g->mesh = mesh_in_range(c, node, &g->exponent);
+        ok = ok && g->mesh;
         break;
     case NODE_CSG:
         ok = make_csg(c, g);
@@ -408,7 +466,7 @@ static bool add_object(Compile *c, const Node *node, const Affine *to_world)
     g->uses++;
     /* The shading's place holds the geometry's index until the shadings are made. */
     Object *o = &c->objects[c->object_count++];
-    o->to_world = affine_mul(to_world, &node->base);
+    o->to_world = times_power(affine_mul(to_world, &node->base), g->exponent);
     o->prim = g->prim;
     o->shading = (uint32_t)(g - c->memory->geometry);
     o->in_world = false;
@@ -663,8 +721,6 @@ static void place_camera(const Compile *c, World *world)
     world->camera.up = vec3_scale(up, half);
 }
 
-static Vec3 vec3_ldexp(Vec3 a, int e) { return vec3_make(ldexp(a.x, e), ldexp(a.y, e), ldexp(a.z, e)); }
-
 static bool place_lights(Compile *c, World *world)
 {
     uint32_t n = c->job->light_count;
@@ -771,6 +827,10 @@ void world_destroy(World *world)
     }
     for (uint32_t i = 0; i < m->made_count; i++) prim_destroy(m->made[i].prim);
     prim_destroy(m->baked);
+    for (ScaledMesh *s = m->scaled, *next; s; s = next) {
+        next = s->next;
+        free(s);
+    }
     free(m->made);
     free(m->geometry);
     free(m->objects);

@@ -169,6 +169,52 @@ static void turned(Row *row, uint64_t trials)
     for (int k = 0; k < KINDS; k++) compare_moved(row, kinds[k], 1, 0, "0", 1000, ROUNDED);
 }
 
+/* arg: size of the mesh's own coordinates, "once" (baked), "twice" (instances), "csg". */
+static const char undone_scene[] =
+    "local s, use = tonumber(arg[1]), arg[2]\n"
+    "local points, root = {}, gr.node('root')\n"
+    "local faces = {{0,3,2,1}, {4,5,6,7}, {0,1,5,4}, {1,2,6,5}, {2,3,7,6}, {3,0,4,7}}\n"
+    "for i, p in ipairs{{-1,-1,-1}, {1,-1,-1}, {1,1,-1}, {-1,1,-1}, {-1,-1,1}, {1,-1,1}, {1,1,1}, {-1,1,1}} do\n"
+    "  points[i] = {p[1] * s, p[2] * s, p[3] * s}\n"
+    "end\n"
+    "local m, red = gr.mesh('m', points, faces), gr.material({0.8, 0.4, 0.2}, {0.3, 0.3, 0.3}, 20)\n"
+    "m:set_material(red)\n"
+    "m:scale(1 / s, 1 / s, 1 / s)\n"
+    "m:rotate('y', 30)\n"
+    "if use == 'csg' then\n"
+    "  local b = gr.sphere('b')\n"
+    "  b:translate(1, 1, 1)\n"
+    "  root:add_child(gr.diff('d', m, b))\n"
+    "else\n"
+    "  root:add_child(m)\n"
+    "end\n"
+    "if use == 'twice' then\n"
+    "  local second = gr.node('second')\n"
+    "  second:translate(3, 0, 0)\n"
+    "  second:add_child(m)\n"
+    "  root:add_child(second)\n"
+    "end\n"
+    "gr.render(root, 'o.png', 96, 72, {1, 3, 9}, {-0.125, -0.3125, -1}, {0, 1, 0}, 40, {0.2, 0.2, 0.2},\n"
+    "  {gr.light({5, 9, 6}, {0.8, 0.8, 0.8}, {1, 0, 0})})\n";
+
+static void mesh_size_undone(Row *row, uint64_t trials)
+{
+    (void)trials;
+    static const char *const sizes[] = {"1e10", "1e-10", "1e30", "1e-30", "1e100", "1e-100", "1e200", "1e-200"};
+    static const char *const uses[] = {"once", "twice", "csg"};
+    for (size_t u = 0; u < sizeof uses / sizeof *uses; u++)
+        for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
+            char what[64];
+            snprintf(what, sizeof what, "%s, %s", uses[u], sizes[i]);
+            Picture a = picture_run("stability_undone.lua", undone_scene, (const char *const[]){"1", uses[u], NULL});
+            Picture b =
+                picture_run("stability_undone.lua", undone_scene, (const char *const[]){sizes[i], uses[u], NULL});
+            picture_compare(row, &a, &b, false, ROUNDED, what);
+            picture_free(&a);
+            picture_free(&b);
+        }
+}
+
 #define PICTURES(n) ((uint64_t)(n) * 96 * 72)
 
 const StabilityCase picture_cases[] = {
@@ -179,6 +225,8 @@ const StabilityCase picture_cases[] = {
     {8, "scene scaled by 10^k, k = -12 ... 12", "metamorphic",
      "POV-Ray, wrong pixels of 400x300: 1e-3 59, 1e-4 13,901, 1e5 2,209, 1e6 10,218", PICTURES(12), PICTURES(4 * 25),
      PICTURES(4 * 25), power_of_ten},
+    {8, "mesh of size 1e-200 ... 1e200, scaled back", "metamorphic", "", PICTURES(24), PICTURES(24),
+     PICTURES(24), mesh_size_undone},
     {9, "scene translated by 2^k, k = 0 ... 26", "metamorphic", "POV-Ray, by 1e10: 19,758 wrong pixels of 400x300",
      PICTURES(12), PICTURES(4 * 27), PICTURES(4 * 27), translated},
     {13, "scene scaled by -1, in x and in all axes", "metamorphic", "", PICTURES(8), PICTURES(8), PICTURES(8),
