@@ -40,9 +40,11 @@ SOURCES := $(wildcard scene_lua.c $(foreach depth,/ /*/ /*/*/ /*/*/*/,src$(depth
 SUPPORT := $(wildcard tests/support/*.c)
 TESTS   := $(patsubst %.c,$(OUT)/%,$(wildcard tests/test_*.c))
 STABILITY := $(OUT)/tests/stability/stability
+PRECISION := $(OUT)/tests/bench/precision
 TOOLS   := $(patsubst %.c,$(OUT)/%,$(wildcard tests/tools/*.c))
 object   = $(patsubst %.c,$(OUT)/obj/%.o,$(1))
-OBJECTS := $(call object,$(SOURCES) $(SUPPORT) $(wildcard Main.c tests/test_*.c tests/tools/*.c tests/stability/*.c))
+OBJECTS := $(call object,$(SOURCES) $(SUPPORT) \
+           $(wildcard Main.c tests/test_*.c $(foreach folder,tools stability bench,tests/$(folder)/*.c)))
 
 all: $(PROGRAM)
 
@@ -61,7 +63,7 @@ $(OUT)/libsupport.a: $(call object,$(SUPPORT))
 # Tests that make allocations fail have theirs wrapped, no others.
 wrap = $(if $(shell grep -l 'support/alloc_fail\.h"' $*.c),-Wl$(,)--wrap=malloc$(,)--wrap=calloc$(,)--wrap=realloc)
 , := ,
-$(TESTS) $(TOOLS): $(OUT)/%: $(OUT)/obj/%.o $(OUT)/libsupport.a $(OUT)/librt.a
+$(TESTS) $(TOOLS) $(PRECISION): $(OUT)/%: $(OUT)/obj/%.o $(OUT)/libsupport.a $(OUT)/librt.a
 	@mkdir -p $(@D)
 	@echo "  LD $@"
 	$(Q)$(CC) $(CFLAGS_ALL) $(LDFLAGS) $(wrap) -o $@ $^ $(LIBS) $(TEST_LIBS)
@@ -85,7 +87,7 @@ $(OUT)/flags: FORCE
 
 # Everything that can be compiled, the tests too; `tests` builds them without running them.
 objects: $(OBJECTS)
-tests: $(PROGRAM) $(TESTS) $(TOOLS) $(STABILITY)
+tests: $(PROGRAM) $(TESTS) $(TOOLS) $(STABILITY) $(PRECISION)
 
 # Debian packages: to build, to test, to benchmark.
 BUILD_PACKAGES := gcc libc6-dev make pkg-config liblua5.4-dev liblodepng-dev libcglm-dev
@@ -115,6 +117,12 @@ bench: deps-bench
 	@$(MAKE) --no-print-directory all BUILD=release
 	tests/bench/run.sh
 
+precision: deps-bench
+	@$(MAKE) --no-print-directory build/release/tests/bench/precision BUILD=release
+	build/release/tests/bench/precision
+	gnuplot tests/bench/precision.gnuplot
+	@echo "The table is also build/precision.csv, the plot build/precision.svg"
+
 lint: ; @tests/lint.sh
 
 install: all
@@ -130,6 +138,7 @@ help:
 	@echo 'make stability  print the table of stiff and extreme cases (LONG=1: more trials)'
 	@echo 'make lint     check the rules of the code'
 	@echo 'make bench    install what the benchmarks need, run them'
+	@echo 'make precision  measure error against time of the primitives and solvers'
 	@echo 'make deps     install all packages (apt-get; elsewhere it says their names)'
 	@echo 'make install  to $(DESTDIR)$(PREFIX)/bin'
 	@echo 'make clean    remove all that was built'
@@ -137,4 +146,4 @@ help:
 
 FORCE:
 .SECONDARY:
-.PHONY: all objects tests deps deps-build deps-test deps-bench demo test stability bench lint install clean help FORCE
+.PHONY: all objects tests deps deps-build deps-test deps-bench demo test stability bench precision lint install clean help FORCE
