@@ -103,12 +103,17 @@ static void laws_of_sets(void **state)
         Expr b = random_leaf(&rng), c = random_leaf(&rng), u = solid_box(-8, -8, -8, 8, 8, 8);
         Expr a2 = a;
         a2.token[0].to_csg = solid_roundabout(a.token[0].to_csg, &rng);
-        Expr left[LAWS] = {solid_minus(a, a), solid_meet(a, a), solid_unite(a, a), solid_minus(a, a2), solid_meet(a, a2), solid_unite(a, a2),
-                           solid_minus(a, solid_minus(a, b)), solid_minus(u, solid_unite(a, b)), solid_minus(u, solid_meet(a, b)), solid_unite(a, b), solid_meet(a, b),
-                           solid_unite(solid_unite(a, b), c), solid_meet(solid_meet(a, b), c), solid_minus(solid_minus(a, b), c),
+        Expr left[LAWS] = {solid_minus(a, a), solid_meet(a, a), solid_unite(a, a), solid_minus(a, a2), solid_meet(a,
+            a2), solid_unite(a, a2),
+                           solid_minus(a, solid_minus(a, b)), solid_minus(u, solid_unite(a, b)), solid_minus(u,
+                               solid_meet(a, b)), solid_unite(a, b), solid_meet(a, b),
+                           solid_unite(solid_unite(a, b), c), solid_meet(solid_meet(a, b), c),
+                               solid_minus(solid_minus(a, b), c),
                            solid_unite(solid_minus(a, b), solid_meet(a, b))};
-        Expr right[LAWS] = {{.count = 0}, a, a, {.count = 0}, a, a, solid_meet(a, b), solid_meet(solid_minus(u, a), solid_minus(u, b)),
-                            solid_unite(solid_minus(u, a), solid_minus(u, b)), solid_unite(b, a), solid_meet(b, a), solid_unite(a, solid_unite(b, c)),
+        Expr right[LAWS] = {{.count = 0}, a, a, {.count = 0}, a, a, solid_meet(a, b), solid_meet(solid_minus(u, a),
+            solid_minus(u, b)),
+                            solid_unite(solid_minus(u, a), solid_minus(u, b)), solid_unite(b, a), solid_meet(b, a),
+                                solid_unite(a, solid_unite(b, c)),
                             solid_meet(a, solid_meet(b, c)), solid_minus(a, solid_unite(b, c)), a};
         for (int i = 0; i < LAWS; i++)
             compare(&tally[i], &rng, NAME[i], &left[i], right[i].count ? &right[i] : NULL, RAYS);
@@ -133,14 +138,17 @@ static void flush_faces(void **state)
     Expr slab = solid_box(-1, -1, -1, 1, 1, 1), third = solid_box(-1. / 3, 0, -1. / 3, 1. / 3, 1, 1. / 3);
     Expr case_[CASES][2] = {
         {solid_minus(slab, third), solid_minus(slab, solid_box(-1. / 3, 0, -1. / 3, 1. / 3, 1 + e, 1. / 3))},
-        {solid_minus(solid_rod(1, -1, 1), solid_rod(0.7, -1, 1)), solid_minus(solid_rod(1, -1, 1), solid_rod(0.7, -1 - e, 1 + e))},
+        {solid_minus(solid_rod(1, -1, 1), solid_rod(0.7, -1, 1)), solid_minus(solid_rod(1, -1, 1), solid_rod(0.7,
+            -1 - e, 1 + e))},
         {solid_minus(solid_minus(slab, solid_rod(0.3, -1, 1)), solid_rod(0.6, 0.4, 1)),
          solid_minus(solid_minus(slab, solid_rod(0.3, -1 - e, 1 + e)), solid_rod(0.6, 0.4, 1 + e))},
         {solid_unite(solid_box(-1, -1, -1, 0.1, 1, 1), solid_box(0.1, -1, -1, 1, 1, 1)), slab},
         {solid_minus(slab, solid_rod(1, -1, 1)), solid_minus(slab, solid_rod(1, -1 - e, 1 + e))},
         {solid_minus(slab, solid_box(1, -1, -1, 2, 1, 1)), slab},
-        {solid_unite(solid_unite(solid_box(-1, -1, -1, 1, -0.3, 1), solid_box(-1, -0.3, -1, 0.2, 0.1, 1)), solid_box(-1, 0.1, -1, -0.7, 1, 1)),
-         solid_unite(solid_unite(solid_box(-1, -1, -1, 1, -0.3, 1), solid_box(-1, -1, -1, 0.2, 0.1, 1)), solid_box(-1, -1, -1, -0.7, 1, 1))},
+        {solid_unite(solid_unite(solid_box(-1, -1, -1, 1, -0.3, 1), solid_box(-1, -0.3, -1, 0.2, 0.1, 1)),
+            solid_box(-1, 0.1, -1, -0.7, 1, 1)),
+         solid_unite(solid_unite(solid_box(-1, -1, -1, 1, -0.3, 1), solid_box(-1, -1, -1, 0.2, 0.1, 1)),
+             solid_box(-1, -1, -1, -0.7, 1, 1))},
         {solid_meet(solid_box(-1, -1, -1, 0.1, 1, 1), solid_box(0.1, -1, -1, 1, 1, 1)), {.count = 0}},
     };
     Tally tally[CASES] = {0};
@@ -181,7 +189,8 @@ static void points_agree(void **state)
     }
     tally_print("random trees against points", &tally);
     Expr slab = solid_box(-1, -1, -1, 1, 1, 1), ball = solid_leaf(SPHERE, affine_identity());
-    Expr tight[] = {solid_minus(slab, ball), solid_minus(slab, solid_rod(1, -1, 1)), solid_minus(solid_rod(1, -1, 1), ball), solid_unite(ball, slab),
+    Expr tight[] = {solid_minus(slab, ball), solid_minus(slab, solid_rod(1, -1, 1)), solid_minus(solid_rod(1, -1, 1),
+        ball), solid_unite(ball, slab),
                     solid_minus(solid_rod(1, -1, 1), solid_leaf(CONE, affine_translate(0, 1, 0))), solid_meet(slab, ball),
                     solid_minus(solid_minus(slab, solid_rod(0.3, -1, 1)), solid_rod(0.6, 0.4, 1)),
                     solid_minus(solid_leaf(TORUS, affine_identity()), solid_rod(1, -1, 1))};
@@ -273,7 +282,8 @@ static void grazing_keeps_walls(void **state)
     (void)state;
     Expr floor_part = solid_meet(solid_box(0, -1, -1, 20, 0, 1), solid_box(15, -1, -1, 16, 1, 1));
     Expr walls = solid_unite(solid_box(6, -2, -1, 6.5, 2, 1), solid_box(8, -2, -1, 8.5, 2, 1));
-    Expr among = solid_unite(floor_part, walls), carved = solid_minus(solid_box(4.5, -1, -1, 8, 1, 1), solid_box(4.9, -1, -1, 9, 0, 1));
+    Expr among = solid_unite(floor_part, walls), carved = solid_minus(solid_box(4.5, -1, -1, 8, 1, 1), solid_box(4.9,
+        -1, -1, 9, 0, 1));
     Prim *a = solid_prim(&among), *b = solid_prim(&carved);
     for (int k = 0; k < 400; k++) {
         double slope = pow(10, -10 - k * 0.015);
@@ -371,10 +381,12 @@ static void no_hit_of_own_surface(void **state)
     long rays = 0;
     for (int pose = 0; pose < 40; pose++) {
         Affine m = solid_random_pose(&rng);
-        Expr left = solid_moved(solid_box(-1, -1, -1, 0.1, 1, 1), m), right = solid_moved(solid_box(0.1, -1, -1, 1, 1, 1), m);
+        Expr left = solid_moved(solid_box(-1, -1, -1, 0.1, 1, 1), m), right = solid_moved(solid_box(0.1, -1, -1, 1,
+            1, 1), m);
         Expr whole = solid_moved(solid_box(-1, -1, -1, 1, 1, 1), m);
         right.token[0].to_csg = solid_roundabout(right.token[0].to_csg, &rng);
-        Vec3 by = solid_random_point(&rng, 3e-15);  /* counts as coincident, but the first shows where the second stands out */
+        Vec3 by = solid_random_point(&rng, 3e-15);  /* counts as coincident,
+            but the first shows where the second stands out */
         Expr made[] = {solid_unite(left, right), solid_minus(whole, solid_moved(solid_box(1, -1, -1, 2, 1, 1), m)),
                        solid_meet(whole, solid_moved(solid_box(-1, -1, -1, 1, 1, 1), solid_roundabout(m, &rng))),
                        solid_unite(whole, solid_moved(whole, affine_translate(by.x, by.y, by.z)))};
@@ -552,7 +564,8 @@ static void long_and_deep(void **state)
 static void bad_matrix(void **state)
 {
     (void)state;
-    Expr e = solid_unite(solid_box(0, 0, 0, 1, 1, 1), solid_minus(solid_leaf(SPHERE, affine_identity()), solid_leaf(CUBE, affine_scale(1, 0, 1))));
+    Expr e = solid_unite(solid_box(0, 0, 0, 1, 1, 1), solid_minus(solid_leaf(SPHERE, affine_identity()),
+        solid_leaf(CUBE, affine_scale(1, 0, 1))));
     size_t bad = 99;
     Err err = {0};
     assert_null(csg_create(e.token, e.count, &bad, &err));
