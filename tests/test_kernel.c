@@ -131,9 +131,10 @@ static void make_rays(const World *world, int kind, Rng *rng, Ray *ray)
 static uint32_t kernels(const Kernel *list[3])
 {
     uint32_t n = 0;
-    list[n++] = &kernel_packet;
 #if defined(__x86_64__)
+    list[n++] = &kernel_sse2;
     if (__builtin_cpu_supports("avx2")) list[n++] = &kernel_avx2;
+    if (__builtin_cpu_supports("avx512vl")) list[n++] = &kernel_avx512;
 #endif
     return n;
 }

@@ -5,9 +5,13 @@
 const Kernel *kernel_best(void)
 {
 #if defined(__x86_64__)
-    if (__builtin_cpu_supports("avx2")) return &kernel_avx2;
+    if (__builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw"))
+        return &kernel_avx512;
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return &kernel_avx2;
+    return &kernel_sse2;
+#else
+    return &kernel_scalar;
 #endif
-    return &kernel_packet;
 }
 
 void world_intersect(const World *world, const Ray *rays, Hit *hits, size_t n, Scratch *scratch)

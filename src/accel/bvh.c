@@ -252,7 +252,7 @@ static bool make_node(Build *b, const Task *task, Task *stack, uint32_t *top)
             node->lo[a][i] = child[i].box.lo[a];
             node->hi[a][i] = child[i].box.hi[a];
         }
-        node->child[i] = inner ? inner : child[i].first;
+        node->child[i] = inner ? inner : BVH_LEAF | child[i].first;
         node->count[i] = inner ? 0 : (uint8_t)child[i].count;
     }
     b->node[task->node].used = (uint8_t)n;
@@ -285,6 +285,7 @@ bool bvh_build(Bvh *bvh, const BoxF *box, uint32_t count, uint32_t max_leaf, flo
     bvh->node = b.node;
     bvh->node_count = b.node_count;
     bvh->item_count = count;
+    bvh_set_root(bvh);
     return true;
 
 fail:
@@ -293,6 +294,24 @@ fail:
     free(bvh->order);
     *bvh = (Bvh){.bounds = boxf_empty()};
     return err_memory(err, "the bounding volume hierarchy");
+}
+
+void bvh_set_root(Bvh *bvh)
+{
+    const BvhNode *root = bvh->node;
+    bvh->root = bvh->node_count == 1 && root->used == 1 ? root->child[0] : 0;
+}
+
+void bvh_name_items(Bvh *bvh)
+{
+    for (uint32_t i = 0; i < bvh->node_count; i++) {
+        BvhNode *node = &bvh->node[i];
+        for (int k = 0; k < node->used; k++)
+            if (node->child[k] & BVH_LEAF) node->child[k] = BVH_LEAF | bvh->order[node->child[k] & ~BVH_LEAF];
+    }
+    free(bvh->order);
+    bvh->order = NULL;
+    if (bvh->node_count) bvh_set_root(bvh);
 }
 
 void bvh_free(Bvh *bvh)

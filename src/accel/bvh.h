@@ -21,16 +21,21 @@ BoxF boxf_from_box(Box box);
 typedef struct {
     _Alignas(64) float lo[3][BVH_WIDTH];
     float hi[3][BVH_WIDTH];
-    uint32_t child[BVH_WIDTH];   /* inner: index of a node; leaf: first position in Bvh.order */
+    uint32_t child[BVH_WIDTH];   /* index of a node, or BVH_LEAF and what the leaf holds */
     uint8_t count[BVH_WIDTH];    /* 0: inner; else the leaf's number of items */
     uint8_t used;                /* children in use, the first ones */
 } BvhNode;
+
+/* Set in a child that is a leaf. The rest is the first position in Bvh.order of its items, until the owner puts a number
+ * of its own there. */
+#define BVH_LEAF 0x80000000u
 
 typedef struct {
     BvhNode *node;       /* node[0] is the root; NULL if there are no items */
     uint32_t node_count;
     uint32_t *order;     /* items in the order of the leaves */
     uint32_t item_count;
+    uint32_t root;       /* as a child: BVH_LEAF is set if there is but one leaf */
     BoxF bounds;
 } Bvh;
 
@@ -39,5 +44,11 @@ typedef struct {
  * The result depends on the boxes alone. */
 bool bvh_build(Bvh *bvh, const BoxF *box, uint32_t count, uint32_t max_leaf, float item_cost, Err *err);
 void bvh_free(Bvh *bvh);
+
+/* For a tree of leaves with one item each: has them hold the item's number and frees `order`. */
+void bvh_name_items(Bvh *bvh);
+
+/* Sets `root`; after what the leaves hold has been changed. */
+void bvh_set_root(Bvh *bvh);
 
 #endif

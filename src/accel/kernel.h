@@ -16,9 +16,10 @@ typedef struct Kernel {
 } Kernel;
 
 extern const Kernel kernel_scalar;  /* one ray at a time */
-extern const Kernel kernel_packet;  /* up to 64 rays of one octant at a time, with the baseline's vectors */
 #if defined(__x86_64__)
-extern const Kernel kernel_avx2;    /* the same for processors with AVX2 */
+extern const Kernel kernel_sse2;    /* streams (stream_kernel.h) for every x86-64 processor */
+extern const Kernel kernel_avx2;    /* for those with AVX2 and FMA */
+extern const Kernel kernel_avx512;  /* for those with AVX-512 F, VL, DQ and BW */
 #endif
 
 /* The ray in the object's space, its t unchanged. */

@@ -1,15 +1,91 @@
-/* Packets with AVX2. Everything below is compiled for it; the kernel runs only where the processor has it. No product and
- * sum are fused (-ffp-contract=off), and hits are decided by the same operations in double as in any other kernel. */
+/* Streams with AVX2 and FMA, eight rays or a node's eight boxes at once. Everything below is compiled for it; the kernel
+ * runs only where the processor has it. */
 #if defined(__x86_64__)
 #if defined(__clang__)
-#pragma clang attribute push(__attribute__((target("avx2"))), apply_to = function)
+#pragma clang attribute push(__attribute__((target("avx2,fma,bmi,bmi2,lzcnt,popcnt"))), apply_to = function)
 #else
-#pragma GCC target("avx2")
+#pragma GCC target("avx2,fma,bmi,bmi2,lzcnt,popcnt")
 #endif
 
-#define PACKET_LANES 8
+#include <immintrin.h>
+#include <stdint.h>
 
-#include "accel/packet_kernel.h"
+enum { LANES = 8 };
+
+typedef __m256 Lanes;
+typedef __m256i LanesInt;
+typedef __m256 Mask;
+
+static inline Lanes lanes_set(float x) { return _mm256_set1_ps(x); }
+static inline LanesInt lanes_set_int(uint32_t x) { return _mm256_set1_epi32((int)x); }
+static inline Lanes lanes_fma(Lanes a, Lanes b, Lanes c) { return _mm256_fmadd_ps(a, b, c); }
+static inline Lanes lanes_fms(Lanes a, Lanes b, Lanes c) { return _mm256_fmsub_ps(a, b, c); }
+static inline Lanes lanes_min(Lanes a, Lanes b) { return _mm256_min_ps(a, b); }
+static inline Lanes lanes_max(Lanes a, Lanes b) { return _mm256_max_ps(a, b); }
+static inline Lanes lanes_abs(Lanes a) { return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), a); }
+static inline Lanes lanes_sign(Lanes a) { return _mm256_and_ps(a, _mm256_set1_ps(-0.0f)); }
+static inline Lanes lanes_flip(Lanes a, Lanes sign) { return _mm256_xor_ps(a, sign); }
+static inline Mask lanes_le(Lanes a, Lanes b) { return _mm256_cmp_ps(a, b, _CMP_LE_OQ); }
+static inline Mask lanes_lt(Lanes a, Lanes b) { return _mm256_cmp_ps(a, b, _CMP_LT_OQ); }
+static inline Lanes lanes_pick(Mask m, Lanes a, Lanes b) { return _mm256_blendv_ps(b, a, m); }
+static inline LanesInt lanes_pick_int(Mask m, LanesInt a, LanesInt b)
+{
+    return _mm256_blendv_epi8(b, a, _mm256_castps_si256(m));
+}
+
+static inline float lanes_least(Lanes a)
+{
+    __m128 m = _mm_min_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps(a, 1));
+    m = _mm_min_ps(m, _mm_movehl_ps(m, m));
+    return _mm_cvtss_f32(_mm_min_ss(m, _mm_movehdup_ps(m)));
+}
+
+static inline float lanes_greatest(Lanes a)
+{
+    __m128 m = _mm_max_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps(a, 1));
+    m = _mm_max_ps(m, _mm_movehl_ps(m, m));
+    return _mm_cvtss_f32(_mm_max_ss(m, _mm_movehdup_ps(m)));
+}
+
+static inline Mask mask_and(Mask a, Mask b) { return _mm256_and_ps(a, b); }
+static inline Mask mask_or(Mask a, Mask b) { return _mm256_or_ps(a, b); }
+static inline Mask mask_without(Mask a, Mask b) { return _mm256_andnot_ps(b, a); }
+static inline uint32_t mask_bits(Mask m) { return (uint32_t)_mm256_movemask_ps(m); }
+
+static inline Mask mask_of(uint32_t bits)
+{
+    const __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+    return _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32((int)bits), bit), bit));
+}
+
+typedef __m256 Eight;
+
+static inline Eight eight_set(float x) { return _mm256_set1_ps(x); }
+static inline Eight eight_load(const float *p) { return _mm256_load_ps(p); }
+static inline void eight_store(float *p, Eight a) { _mm256_store_ps(p, a); }
+static inline Eight eight_add(Eight a, Eight b) { return _mm256_add_ps(a, b); }
+static inline Eight eight_sub(Eight a, Eight b) { return _mm256_sub_ps(a, b); }
+static inline Eight eight_mul(Eight a, Eight b) { return _mm256_mul_ps(a, b); }
+static inline Eight eight_fms(Eight a, Eight b, Eight c) { return _mm256_fmsub_ps(a, b, c); }
+static inline Eight eight_min(Eight a, Eight b) { return _mm256_min_ps(a, b); }
+static inline Eight eight_max(Eight a, Eight b) { return _mm256_max_ps(a, b); }
+static inline uint32_t eight_le(Eight a, Eight b)
+{
+    return (uint32_t)_mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_LE_OQ));
+}
+
+typedef __m128 Four;
+
+static inline Four four_set(float x) { return _mm_set1_ps(x); }
+static inline Four four_load(const float *p) { return _mm_load_ps(p); }
+static inline Four four_fma(Four a, Four b, Four c) { return _mm_fmadd_ps(a, b, c); }
+static inline Four four_fms(Four a, Four b, Four c) { return _mm_fmsub_ps(a, b, c); }
+static inline Four four_abs(Four a) { return _mm_andnot_ps(_mm_set1_ps(-0.0f), a); }
+static inline Four four_sign(Four a) { return _mm_and_ps(a, _mm_set1_ps(-0.0f)); }
+static inline Four four_flip(Four a, Four sign) { return _mm_xor_ps(a, sign); }
+static inline uint32_t four_lt(Four a, Four b) { return (uint32_t)_mm_movemask_ps(_mm_cmp_ps(a, b, _CMP_LT_OQ)); }
+
+#include "accel/stream_kernel.h"
 
 const Kernel kernel_avx2 = {"avx2", intersect, occluded};
 

@@ -20,21 +20,18 @@ typedef struct {
     Scratch *scratch;
 } Walk;
 
-static bool nearest_leaf(void *context, uint32_t first, uint32_t count)
+static bool nearest_leaf(void *context, uint32_t index)
 {
     Walk *w = context;
-    for (uint32_t i = first; i < first + count; i++) {
-        uint32_t index = w->world->bvh.order[i];
-        const Object *object = &w->world->objects[index];
-        Ray local = ray_to_object(object, w->ray);
-        local.tmax = w->hit.t;
-        Hit hit;
-        if (!object->prim->ops->intersect(object->prim, &local, &hit, w->scratch)) continue;
-        if (hit.t == w->hit.t && index > w->hit.object) continue;
-        hit.object = index;
-        w->hit = hit;
-        w->tmax = slab_t_up(&w->slab, hit.t);
-    }
+    const Object *object = &w->world->objects[index];
+    Ray local = ray_to_object(object, w->ray);
+    local.tmax = w->hit.t;
+    Hit hit;
+    if (!object->prim->ops->intersect(object->prim, &local, &hit, w->scratch)) return true;
+    if (hit.t == w->hit.t && index > w->hit.object) return true;
+    hit.object = index;
+    w->hit = hit;
+    w->tmax = slab_t_up(&w->slab, hit.t);
     return true;
 }
 
@@ -51,22 +48,16 @@ static void intersect(const World *world, const Ray *rays, Hit *hits, size_t n, 
     }
 }
 
-static bool blocking_leaf(void *context, uint32_t first, uint32_t count)
+static bool blocking_leaf(void *context, uint32_t index)
 {
     Walk *w = context;
-    for (uint32_t i = first; i < first + count; i++) {
-        const Object *object = &w->world->objects[w->world->bvh.order[i]];
-        const PrimOps *ops = object->prim->ops;
-        Ray local = ray_to_object(object, w->ray);
-        Hit hit;
-        bool hits = ops->occluded ? ops->occluded(object->prim, &local, w->scratch)
-                                  : ops->intersect(object->prim, &local, &hit, w->scratch);
-        if (hits) {
-            w->blocked = true;
-            return false;
-        }
-    }
-    return true;
+    const Object *object = &w->world->objects[index];
+    const PrimOps *ops = object->prim->ops;
+    Ray local = ray_to_object(object, w->ray);
+    Hit hit;
+    w->blocked = ops->occluded ? ops->occluded(object->prim, &local, w->scratch)
+                               : ops->intersect(object->prim, &local, &hit, w->scratch);
+    return !w->blocked;
 }
 
 static void occluded(const World *world, const Ray *rays, bool *blocked, size_t n, Scratch *scratch)

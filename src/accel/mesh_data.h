@@ -38,8 +38,9 @@ enum { SMALL_MESH = 64 };
 typedef struct {
     _Alignas(64) float v[3][BLOCK];     /* first vertices */
     float e1[3][BLOCK], e2[3][BLOCK];   /* edges to the second and third */
-    float edge;                         /* the longest component of any edge */
+    float edge[BLOCK];                  /* the longest component of a triangle's edges */
     uint32_t triangle[BLOCK];
+    uint32_t count;                     /* triangles in use, the first ones */
 } MeshBlock;
 
 typedef struct { const Mesh *mesh; uint32_t first; Affine to_object; } MeshPart;  /* first: of its triangles in the set */
@@ -159,7 +160,7 @@ static inline void mesh_ray_init(MeshRay *r, const MeshPrim *mesh, const Ray *ra
 
 /* The triangles of the block that the ray may hit with 0 <= t <= tmax, in the slabs' units (`line`: with any t), as a
  * mask. Comparisons say what misses, so that a NaN from an overflow lets the triangle through. */
-static inline uint32_t filter_block(const MeshBlock *b, const FilterRay *r, float tmax, bool line, uint32_t count)
+static inline uint32_t filter_block(const MeshBlock *b, const FilterRay *r, float tmax, bool line)
 {
     const Float4 *v = (const Float4 *)b->v, *e1 = (const Float4 *)b->e1, *e2 = (const Float4 *)b->e2;
     Float4 tx = r->o[0] - v[0], ty = r->o[1] - v[1], tz = r->o[2] - v[2];
@@ -169,11 +170,12 @@ static inline uint32_t filter_block(const MeshBlock *b, const FilterRay *r, floa
     Float4 det = e1[0] * px + e1[1] * py + e1[2] * pz;
     Int4 sign = (Int4)det & INT32_MIN;
     Float4 size = float4_abs(det), u = float4_flip(tx * px + ty * py + tz * pz, sign);
-    float margin = FILTER_MARGIN * r->reach * b->edge + FILTER_UNDERFLOW;
-    float area_margin = FILTER_MARGIN * b->edge * b->edge + FILTER_UNDERFLOW;
+    Float4 edge = float4_load(b->edge);
+    Float4 margin = FILTER_MARGIN * r->reach * edge + FILTER_UNDERFLOW;
+    Float4 area_margin = FILTER_MARGIN * edge * edge + FILTER_UNDERFLOW;
     Int4 sided = size > area_margin;  /* seen edge on, its sign is not known, and nothing is said */
     Int4 misses = ((u < -margin) | (u > size + margin)) & sided;
-    uint32_t all = (1u << count) - 1;
+    uint32_t all = (1u << b->count) - 1;
     if ((int4_mask(misses) & all) == all) return 0;
     Float4 qx = ty * e1[2] - tz * e1[1];
     Float4 qy = tz * e1[0] - tx * e1[2];
@@ -182,7 +184,7 @@ static inline uint32_t filter_block(const MeshBlock *b, const FilterRay *r, floa
     misses |= ((w < -margin) | (u + w > size + 2 * margin)) & sided;
     if (!line) {
         Float4 t = float4_flip(e2[0] * qx + e2[1] * qy + e2[2] * qz, sign);
-        float t_margin = area_margin * (r->reach + tmax);
+        Float4 t_margin = area_margin * (r->reach + tmax);
         misses |= ((t < -t_margin) | (t > size * tmax + t_margin)) & sided;
     }
     return ~int4_mask(misses) & all;
@@ -198,11 +200,11 @@ static inline bool test_triangle(MeshRay *r, uint32_t index, double *t, double *
 }
 
 /* Looks for a nearer hit among the triangles of a block; tmax is c->tmax, rounded up, in the slabs' units. */
-static inline bool nearer_in_block(MeshRay *r, uint32_t block, uint32_t count, float tmax)
+static inline bool nearer_in_block(MeshRay *r, uint32_t block, float tmax)
 {
     const MeshBlock *b = &r->mesh->block[block];
     bool nearer = false;
-    for (uint32_t mask = filter_block(b, &r->filter, tmax, false, count); mask; mask &= mask - 1) {
+    for (uint32_t mask = filter_block(b, &r->filter, tmax, false); mask; mask &= mask - 1) {
         uint32_t index = b->triangle[__builtin_ctz(mask)];
         double t, u, v;
         int facing;
@@ -215,10 +217,10 @@ static inline bool nearer_in_block(MeshRay *r, uint32_t block, uint32_t count, f
     return nearer;
 }
 
-static inline bool any_in_block(MeshRay *r, uint32_t block, uint32_t count, float tmax)
+static inline bool any_in_block(MeshRay *r, uint32_t block, float tmax)
 {
     const MeshBlock *b = &r->mesh->block[block];
-    for (uint32_t mask = filter_block(b, &r->filter, tmax, false, count); mask; mask &= mask - 1) {
+    for (uint32_t mask = filter_block(b, &r->filter, tmax, false); mask; mask &= mask - 1) {
         double t, u, v;
         int facing;
         if (test_triangle(r, b->triangle[__builtin_ctz(mask)], &t, &u, &v, &facing) && t > r->ray->tmin && t <= r->tmax)

@@ -21,10 +21,10 @@ static void walk_init(Walk *w, const MeshPrim *mesh, const Ray *ray)
     mesh_ray_init(&w->confirm, mesh, ray, filter);
 }
 
-static bool nearest_leaf(void *context, uint32_t block, uint32_t count)
+static bool nearest_leaf(void *context, uint32_t block)
 {
     Walk *w = context;
-    if (nearer_in_block(&w->confirm, block, count, w->tmax_slab)) w->tmax_slab = slab_t_up(&w->slab, w->confirm.tmax);
+    if (nearer_in_block(&w->confirm, block, w->tmax_slab)) w->tmax_slab = slab_t_up(&w->slab, w->confirm.tmax);
     return true;
 }
 
@@ -41,10 +41,10 @@ static bool mesh_intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *
     return true;
 }
 
-static bool any_leaf(void *context, uint32_t block, uint32_t count)
+static bool any_leaf(void *context, uint32_t block)
 {
     Walk *w = context;
-    w->confirm.found = any_in_block(&w->confirm, block, count, w->tmax_slab);
+    w->confirm.found = any_in_block(&w->confirm, block, w->tmax_slab);
     return !w->confirm.found;
 }
 
@@ -88,12 +88,12 @@ static double t_bound(const Ray *ray, const Vec3 *a, const Vec3 *b, const Vec3 *
     return across > 0 ? off / across : INFINITY;
 }
 
-static bool line_leaf(void *context, uint32_t block, uint32_t count)
+static bool line_leaf(void *context, uint32_t block)
 {
     LineWalk *w = context;
     const MeshPrim *mesh = w->walk.confirm.mesh;
     const MeshBlock *b = &mesh->block[block];
-    for (uint32_t mask = filter_block(b, &w->walk.confirm.filter, INFINITY, true, count); mask; mask &= mask - 1) {
+    for (uint32_t mask = filter_block(b, &w->walk.confirm.filter, INFINITY, true); mask; mask &= mask - 1) {
         uint32_t index = b->triangle[__builtin_ctz(mask)];
         const uint32_t *k = mesh->triangle[index];
         const Vec3 *p = mesh->position;
@@ -260,7 +260,7 @@ static const PrimOps closed_ops = {MESH_OPS, .closed = true, .segments = mesh_se
 
 static void fill_block(const MeshPrim *mesh, MeshBlock *b, const uint32_t *item, uint32_t count)
 {
-    *b = (MeshBlock){.edge = 0};
+    *b = (MeshBlock){.count = count};
     for (uint32_t i = 0; i < count; i++) {
         const uint32_t *k = mesh->triangle[item[i]];
         Vec3 v = mesh->position[k[0]], e1 = vec3_sub(mesh->position[k[1]], v), e2 = vec3_sub(mesh->position[k[2]], v);
@@ -270,7 +270,7 @@ static void fill_block(const MeshPrim *mesh, MeshBlock *b, const uint32_t *item,
             b->e2[a][i] = (float)vec3_get(e2, a);
         }
         float longest = (float)fmax(vec3_max(vec3_abs(e1)), vec3_max(vec3_abs(e2)));
-        b->edge = fmaxf(b->edge, longest * (1 + 0x1p-23f));
+        b->edge[i] = longest * (1 + 0x1p-23f);
         b->triangle[i] = item[i];
     }
 }
@@ -288,12 +288,13 @@ static bool make_blocks(MeshPrim *mesh)
     for (uint32_t i = 0; i < bvh->node_count; i++)
         for (int k = 0; k < bvh->node[i].used; k++) {
             BvhNode *node = &bvh->node[i];
-            if (node->count[k] == 0) continue;
-            fill_block(mesh, &mesh->block[n], bvh->order + node->child[k], node->count[k]);
-            node->child[k] = n++;
+            if (!(node->child[k] & BVH_LEAF)) continue;
+            fill_block(mesh, &mesh->block[n], bvh->order + (node->child[k] & ~BVH_LEAF), node->count[k]);
+            node->child[k] = BVH_LEAF | n++;
         }
     free(bvh->order);
     bvh->order = NULL;
+    if (bvh->node_count) bvh_set_root(bvh);
     return true;
 }
 

@@ -112,23 +112,23 @@ static inline __attribute__((always_inline)) uint32_t slab_children(const BvhNod
 }
 
 /* A subtree or leaf that waits for its turn. */
-typedef struct { float entry; uint32_t child; uint32_t count; } SlabTask;
+typedef struct { float entry; uint32_t child; } SlabTask;
 
 enum { SLAB_STACK = (BVH_WIDTH - 1) * BVH_MAX_DEPTH + BVH_WIDTH };
 
-/* Visits the leaves below `start` that the ray meets, nearer ones first. `leaf` gets the child and count of the leaf and
+/* Visits the leaves below `start` that the ray meets, nearer ones first. `leaf` gets what the leaf holds and
  * returns false to end the walk; it may lower *tmax (in units of slab_t_up) as hits are found. */
 static inline __attribute__((always_inline)) void slab_walk_from(const Bvh *bvh, SlabTask start, const SlabRay *r,
                                                                  float tmin, float *tmax,
-                                                                 bool (*leaf)(void *, uint32_t child, uint32_t count),
+                                                                 bool (*leaf)(void *, uint32_t leaf),
                                                                  void *context)
 {
     SlabTask stack[SLAB_STACK];
     uint32_t top = 0;
     SlabTask now = start;
     for (;;) {
-        if (now.count) {
-            if (!leaf(context, now.child, now.count)) return;
+        if (now.child & BVH_LEAF) {
+            if (!leaf(context, now.child & ~BVH_LEAF)) return;
         } else {
             const BvhNode *node = &bvh->node[now.child];
             Float4 entry[BVH_WIDTH / 4];
@@ -137,7 +137,7 @@ static inline __attribute__((always_inline)) void slab_walk_from(const Bvh *bvh,
             while (mask) {
                 uint32_t i = (uint32_t)__builtin_ctz(mask);
                 mask &= mask - 1;
-                SlabTask task = {entry[i / 4][i % 4], node->child[i], node->count[i]};
+                SlabTask task = {entry[i / 4][i % 4], node->child[i]};
                 uint32_t k = top++;
                 while (k > bottom && stack[k - 1].entry < task.entry) {  /* the nearest ends on top */
                     stack[k] = stack[k - 1];
@@ -155,10 +155,10 @@ static inline __attribute__((always_inline)) void slab_walk_from(const Bvh *bvh,
 
 /* The same from the root. */
 static inline __attribute__((always_inline)) void slab_walk(const Bvh *bvh, const SlabRay *r, float tmin, float *tmax,
-                                                            bool (*leaf)(void *, uint32_t child, uint32_t count),
+                                                            bool (*leaf)(void *, uint32_t leaf),
                                                             void *context)
 {
-    if (bvh->node) slab_walk_from(bvh, (SlabTask){0, 0, 0}, r, tmin, tmax, leaf, context);
+    if (bvh->item_count) slab_walk_from(bvh, (SlabTask){0, bvh->root}, r, tmin, tmax, leaf, context);
 }
 
 #endif

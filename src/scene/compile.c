@@ -23,7 +23,7 @@ enum { BAKE_TRIANGLES = 65536 };
 
 enum {
     TREE_NESTING = 16,    /* trees whose trunks or leaves hold trees */
-    OBJECT_LEAF = 2,      /* objects in a leaf of the BVH */
+    OBJECT_LEAF = 1,      /* objects in a leaf of the BVH */
 };
 
 /* The share of the memory limit that objects may take, and what one costs at the peak of the build: itself, its box and
@@ -747,6 +747,7 @@ static bool build_bvh(Compile *c, World *world)
     if (ok) {
         Stopwatch w = stopwatch();
         ok = bvh_build(&world->bvh, box, (uint32_t)c->object_count, OBJECT_LEAF, OBJECT_COST, c->err);
+        if (ok) bvh_name_items(&world->bvh);
         stop(w, &c->stats->bvh_wall_s, &c->stats->bvh_cpu_s);
     }
     free(box);

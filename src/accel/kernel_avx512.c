@@ -1,0 +1,71 @@
+/* Streams with AVX-512 (F, VL, DQ, BW), sixteen rays or a node's eight boxes at once. Everything below is compiled for it;
+ * the kernel runs only where the processor has it. */
+#if defined(__x86_64__)
+#if defined(__clang__)
+#pragma clang attribute push(__attribute__((target("avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi,bmi2,lzcnt,popcnt"))), apply_to = function)
+#else
+#pragma GCC target("avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi,bmi2,lzcnt,popcnt,prefer-vector-width=512")
+#endif
+
+#include <immintrin.h>
+#include <stdint.h>
+
+enum { LANES = 16 };
+
+typedef __m512 Lanes;
+typedef __m512i LanesInt;
+typedef __mmask16 Mask;
+
+static inline Lanes lanes_set(float x) { return _mm512_set1_ps(x); }
+static inline LanesInt lanes_set_int(uint32_t x) { return _mm512_set1_epi32((int)x); }
+static inline Lanes lanes_fma(Lanes a, Lanes b, Lanes c) { return _mm512_fmadd_ps(a, b, c); }
+static inline Lanes lanes_fms(Lanes a, Lanes b, Lanes c) { return _mm512_fmsub_ps(a, b, c); }
+static inline Lanes lanes_min(Lanes a, Lanes b) { return _mm512_min_ps(a, b); }
+static inline Lanes lanes_max(Lanes a, Lanes b) { return _mm512_max_ps(a, b); }
+static inline Lanes lanes_abs(Lanes a) { return _mm512_abs_ps(a); }
+static inline Lanes lanes_sign(Lanes a) { return _mm512_and_ps(a, _mm512_set1_ps(-0.0f)); }
+static inline Lanes lanes_flip(Lanes a, Lanes sign) { return _mm512_xor_ps(a, sign); }
+static inline Mask lanes_le(Lanes a, Lanes b) { return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ); }
+static inline Mask lanes_lt(Lanes a, Lanes b) { return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ); }
+static inline Lanes lanes_pick(Mask m, Lanes a, Lanes b) { return _mm512_mask_blend_ps(m, b, a); }
+static inline LanesInt lanes_pick_int(Mask m, LanesInt a, LanesInt b) { return _mm512_mask_blend_epi32(m, b, a); }
+static inline float lanes_least(Lanes a) { return _mm512_reduce_min_ps(a); }
+static inline float lanes_greatest(Lanes a) { return _mm512_reduce_max_ps(a); }
+static inline Mask mask_and(Mask a, Mask b) { return (Mask)(a & b); }
+static inline Mask mask_or(Mask a, Mask b) { return (Mask)(a | b); }
+static inline Mask mask_without(Mask a, Mask b) { return (Mask)(a & ~b); }
+static inline uint32_t mask_bits(Mask m) { return m; }
+static inline Mask mask_of(uint32_t bits) { return (Mask)bits; }
+
+typedef __m256 Eight;
+
+static inline Eight eight_set(float x) { return _mm256_set1_ps(x); }
+static inline Eight eight_load(const float *p) { return _mm256_load_ps(p); }
+static inline void eight_store(float *p, Eight a) { _mm256_store_ps(p, a); }
+static inline Eight eight_add(Eight a, Eight b) { return _mm256_add_ps(a, b); }
+static inline Eight eight_sub(Eight a, Eight b) { return _mm256_sub_ps(a, b); }
+static inline Eight eight_mul(Eight a, Eight b) { return _mm256_mul_ps(a, b); }
+static inline Eight eight_fms(Eight a, Eight b, Eight c) { return _mm256_fmsub_ps(a, b, c); }
+static inline Eight eight_min(Eight a, Eight b) { return _mm256_min_ps(a, b); }
+static inline Eight eight_max(Eight a, Eight b) { return _mm256_max_ps(a, b); }
+static inline uint32_t eight_le(Eight a, Eight b) { return _mm256_cmp_ps_mask(a, b, _CMP_LE_OQ); }
+
+typedef __m128 Four;
+
+static inline Four four_set(float x) { return _mm_set1_ps(x); }
+static inline Four four_load(const float *p) { return _mm_load_ps(p); }
+static inline Four four_fma(Four a, Four b, Four c) { return _mm_fmadd_ps(a, b, c); }
+static inline Four four_fms(Four a, Four b, Four c) { return _mm_fmsub_ps(a, b, c); }
+static inline Four four_abs(Four a) { return _mm_andnot_ps(_mm_set1_ps(-0.0f), a); }
+static inline Four four_sign(Four a) { return _mm_and_ps(a, _mm_set1_ps(-0.0f)); }
+static inline Four four_flip(Four a, Four sign) { return _mm_xor_ps(a, sign); }
+static inline uint32_t four_lt(Four a, Four b) { return _mm_cmp_ps_mask(a, b, _CMP_LT_OQ); }
+
+#include "accel/stream_kernel.h"
+
+const Kernel kernel_avx512 = {"avx512", intersect, occluded};
+
+#if defined(__clang__)
+#pragma clang attribute pop
+#endif
+#endif

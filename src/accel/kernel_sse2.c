@@ -1,0 +1,83 @@
+/* Streams with SSE2, which every x86-64 has: four rays or four boxes at once. */
+#if defined(__x86_64__)
+#include <emmintrin.h>
+#include <stdint.h>
+
+enum { LANES = 4 };
+
+typedef __m128 Lanes;
+typedef __m128i LanesInt;
+typedef __m128 Mask;
+
+static inline Lanes lanes_set(float x) { return _mm_set1_ps(x); }
+static inline LanesInt lanes_set_int(uint32_t x) { return _mm_set1_epi32((int)x); }
+static inline Lanes lanes_fma(Lanes a, Lanes b, Lanes c) { return _mm_add_ps(_mm_mul_ps(a, b), c); }
+static inline Lanes lanes_fms(Lanes a, Lanes b, Lanes c) { return _mm_sub_ps(_mm_mul_ps(a, b), c); }
+static inline Lanes lanes_min(Lanes a, Lanes b) { return _mm_min_ps(a, b); }
+static inline Lanes lanes_max(Lanes a, Lanes b) { return _mm_max_ps(a, b); }
+static inline Lanes lanes_abs(Lanes a) { return _mm_andnot_ps(_mm_set1_ps(-0.0f), a); }
+static inline Lanes lanes_sign(Lanes a) { return _mm_and_ps(a, _mm_set1_ps(-0.0f)); }
+static inline Lanes lanes_flip(Lanes a, Lanes sign) { return _mm_xor_ps(a, sign); }
+static inline Mask lanes_le(Lanes a, Lanes b) { return _mm_cmple_ps(a, b); }
+static inline Mask lanes_lt(Lanes a, Lanes b) { return _mm_cmplt_ps(a, b); }
+static inline Lanes lanes_pick(Mask m, Lanes a, Lanes b) { return _mm_or_ps(_mm_and_ps(m, a), _mm_andnot_ps(m, b)); }
+static inline LanesInt lanes_pick_int(Mask m, LanesInt a, LanesInt b)
+{
+    __m128i k = _mm_castps_si128(m);
+    return _mm_or_si128(_mm_and_si128(k, a), _mm_andnot_si128(k, b));
+}
+
+static inline float lanes_least(Lanes a)
+{
+    __m128 m = _mm_min_ps(a, _mm_movehl_ps(a, a));
+    return _mm_cvtss_f32(_mm_min_ss(m, _mm_shuffle_ps(m, m, 1)));
+}
+
+static inline float lanes_greatest(Lanes a)
+{
+    __m128 m = _mm_max_ps(a, _mm_movehl_ps(a, a));
+    return _mm_cvtss_f32(_mm_max_ss(m, _mm_shuffle_ps(m, m, 1)));
+}
+
+static inline Mask mask_and(Mask a, Mask b) { return _mm_and_ps(a, b); }
+static inline Mask mask_or(Mask a, Mask b) { return _mm_or_ps(a, b); }
+static inline Mask mask_without(Mask a, Mask b) { return _mm_andnot_ps(b, a); }
+static inline uint32_t mask_bits(Mask m) { return (uint32_t)_mm_movemask_ps(m); }
+
+static inline Mask mask_of(uint32_t bits)
+{
+    const __m128i bit = _mm_setr_epi32(1, 2, 4, 8);
+    return _mm_castsi128_ps(_mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32((int)bits), bit), bit));
+}
+
+typedef struct { __m128 a, b; } Eight;
+
+static inline Eight eight_set(float x) { return (Eight){_mm_set1_ps(x), _mm_set1_ps(x)}; }
+static inline Eight eight_load(const float *p) { return (Eight){_mm_load_ps(p), _mm_load_ps(p + 4)}; }
+static inline void eight_store(float *p, Eight a) { _mm_store_ps(p, a.a), _mm_store_ps(p + 4, a.b); }
+static inline Eight eight_add(Eight x, Eight y) { return (Eight){_mm_add_ps(x.a, y.a), _mm_add_ps(x.b, y.b)}; }
+static inline Eight eight_sub(Eight x, Eight y) { return (Eight){_mm_sub_ps(x.a, y.a), _mm_sub_ps(x.b, y.b)}; }
+static inline Eight eight_mul(Eight x, Eight y) { return (Eight){_mm_mul_ps(x.a, y.a), _mm_mul_ps(x.b, y.b)}; }
+static inline Eight eight_fms(Eight x, Eight y, Eight z) { return eight_sub(eight_mul(x, y), z); }
+static inline Eight eight_min(Eight x, Eight y) { return (Eight){_mm_min_ps(x.a, y.a), _mm_min_ps(x.b, y.b)}; }
+static inline Eight eight_max(Eight x, Eight y) { return (Eight){_mm_max_ps(x.a, y.a), _mm_max_ps(x.b, y.b)}; }
+static inline uint32_t eight_le(Eight x, Eight y)
+{
+    return (uint32_t)_mm_movemask_ps(_mm_cmple_ps(x.a, y.a)) | (uint32_t)_mm_movemask_ps(_mm_cmple_ps(x.b, y.b)) << 4;
+}
+
+typedef __m128 Four;
+
+static inline Four four_set(float x) { return _mm_set1_ps(x); }
+static inline Four four_load(const float *p) { return _mm_load_ps(p); }
+static inline Four four_fma(Four a, Four b, Four c) { return lanes_fma(a, b, c); }
+static inline Four four_fms(Four a, Four b, Four c) { return lanes_fms(a, b, c); }
+static inline Four four_abs(Four a) { return lanes_abs(a); }
+static inline Four four_sign(Four a) { return lanes_sign(a); }
+static inline Four four_flip(Four a, Four sign) { return lanes_flip(a, sign); }
+static inline uint32_t four_lt(Four a, Four b) { return (uint32_t)_mm_movemask_ps(_mm_cmplt_ps(a, b)); }
+
+#include "accel/stream_kernel.h"
+
+const Kernel kernel_sse2 = {"sse2", intersect, occluded};
+#endif

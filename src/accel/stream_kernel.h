@@ -1,0 +1,787 @@
+/* A kernel that traces streams, for the instruction set that the including file has wrapped: LANES rays at once (Lanes,
+ * Mask), a node's eight boxes at once (Eight), a block's four triangles at once (Four).
+ *
+ * Everything on the way is in float and keeps its distance from a decision: a box test is generous, and a triangle is
+ * passed over, taken, or left in doubt, by margins that cover all roundings (below). What is in doubt is decided in
+ * double by hit_triangle, as in the scalar kernel; what is taken needs only its t, u, v computed in double, once for
+ * each ray, at its end. So hits are the same bits in every kernel, fused operations or not.
+ *
+ * Rays that follow each other in a stream are near each other. Groups of GROUP whose directions are near each other go as
+ * packets: a node is fetched once for all, and a child that no ray can meet is found out by one test of the intervals
+ * that their origins and directions span (Wald, Benthin, Boulos, "Getting rid of packets", 2008; Boulos et al.,
+ * "Packet-based Whitted and distribution ray tracing", 2007). Other groups go ray by ray, eight boxes at once. */
+#ifndef RT_ACCEL_STREAM_KERNEL_H
+#define RT_ACCEL_STREAM_KERNEL_H
+
+#include "accel/kernel.h"
+#include "accel/mesh_data.h"
+#include "accel/traverse.h"
+
+enum {
+    GROUP = 64,
+    FEW = 3,   /* rays that are cheaper alone than as a packet */
+};
+
+/* What float's rounding does to a relative value. */
+#define FLOAT_ROUNDOFF 0x1p-24f
+
+/* Rays whose origin is farther than this go to the scalar kernel: products with 1 / SLAB_PARALLEL must stay finite. */
+#define REACH_GREATEST 0x1p40f
+
+/* ---- margins ----
+ *
+ * Let e be FLOAT_ROUNDOFF, o and d be off by at most o_err and d_err in each component, D bound d's components, R those of
+ * the vertices relative to the origin, E those of a triangle's edges. Summing first-order errors of inputs and roundings
+ * (unfused; a fused operation has fewer):
+ *   C = v - o             off by o_err + 2 e R
+ *   Q = C x d             off by 2 D C_err + 2 R d_err + 4 e R D, at most 2 R D
+ *   U = Q e2, V = -Q e1   off by E (6 D o_err + 48 e R D + 6 R d_err)
+ *   n = e1 x e2           off by 8 e E^2, at most 2 E^2
+ *   det = d n             off by E^2 (42 e D + 6 d_err)
+ *   T = C n               off by E^2 (6 o_err + 54 e R)
+ * where the hit is at t = T / det with the weights U / det and V / det of the second and third vertex. */
+typedef struct { float edge, det, t; } Margins;  /* to be multiplied by E, E^2, E^2 */
+
+/* Second-order terms, and the roundings of the margins themselves. */
+#define MARGIN_SLACK 1.0625f
+
+static inline Margins margins_of(float o_err, float d_err, float d_most, float reach)
+{
+    const float e = FLOAT_ROUNDOFF;
+    return (Margins){MARGIN_SLACK * (6 * d_most * o_err + 48 * e * reach * d_most + 6 * reach * d_err),
+                     MARGIN_SLACK * (42 * e * d_most + 6 * d_err), MARGIN_SLACK * (6 * o_err + 54 * e * reach)};
+}
+
+/* The slabs: with r = 1 / d off by 2.1 e, t = p r - o r has errors of 5.2 e (|p| + |o|) |r| in all. */
+#define PLANE_SLACK (6 * FLOAT_ROUNDOFF)
+
+/* ---- rays in a space ---- */
+
+/* The group's rays in the world's or an object's space, directions about 1 long in the world. */
+typedef struct {
+    _Alignas(64) float o[3][GROUP];
+    float d[3][GROUP], r[3][GROUP];            /* r = 1 / d */
+    float near_c[3][GROUP], far_c[3][GROUP];   /* a plane p is entered at p r - near_c at the earliest, left by p r - far_c */
+    float reach;                               /* greatest coordinate of an origin */
+    float slack;                               /* how far a plane's place may be off */
+    float d_most, o_err, d_err;
+    uint32_t negative[3];                      /* the octant of the packet that is being walked */
+    float first_o[3], last_o[3], r_low[3], r_high[3], slack_t[3];
+} Space;
+
+/* A group of rays on their way through the world. t is in units of 1 / scale of its ray. */
+typedef struct {
+    const World *world;
+    Scratch *scratch;
+    const Ray *ray;
+    uint32_t count;
+    uint64_t alive;                      /* of occlusion rays: not blocked yet */
+    uint64_t exact;                      /* the nearest hit so far is known in double: hit[] */
+    _Alignas(64) float tmin[GROUP];      /* rounded down, for boxes */
+    float tmax[GROUP];                   /* of the ray or the nearest hit so far, rounded up */
+    float tmin_up[GROUP], end_down[GROUP];  /* the ray's own interval, rounded inward */
+    float best_low[GROUP];               /* of the nearest hit so far, rounded down; infinite without one */
+    uint32_t object[GROUP], triangle[GROUP];
+    Hit hit[GROUP];
+    double per_scale[GROUP];
+    float world_reach;
+    Space space;
+} Walk;
+
+static inline Lanes at_lane(const float *p, uint32_t i) { return *(const Lanes *)(p + i); }
+
+enum { LANE_BITS = LANES == 16 ? 0xffff : (1 << LANES) - 1 };
+
+static inline uint64_t group_all(uint32_t n) { return n == 64 ? UINT64_MAX : ((uint64_t)1 << n) - 1; }
+
+/* r, near_c and far_c of all lanes of an axis; directions of less than `parallel` count as that. */
+static inline __attribute__((always_inline)) void space_slabs(Space *s, int a, float parallel, uint32_t at)
+{
+    Lanes d = at_lane(s->d[a], at), size = lanes_max(lanes_abs(d), lanes_set(parallel));
+    Lanes r = lanes_flip(lanes_set(1) / size, lanes_sign(d)), slack = lanes_abs(r) * lanes_set(s->slack);
+    Lanes c = at_lane(s->o[a], at) * r;
+    *(Lanes *)(s->r[a] + at) = r;
+    *(Lanes *)(s->near_c[a] + at) = c + slack;
+    *(Lanes *)(s->far_c[a] + at) = c - slack;
+}
+
+/* Fills everything from n rays; false if one of them is out of floats' reach. */
+static bool walk_init(Walk *w, const World *world, const Ray *ray, uint32_t n)
+{
+    w->ray = ray;
+    w->count = n;
+    w->alive = group_all(n);
+    w->exact = 0;
+    float reach = 0;
+    uint32_t end = (n + LANES - 1) / LANES * LANES;
+    for (uint32_t i = 0; i < end; i++) {
+        const Ray *r = &ray[i < n ? i : 0];
+        double scale = vec3_pow2_scale(r->d), per_scale = 1 / scale;
+        w->per_scale[i] = per_scale;
+        w->space.o[0][i] = (float)r->o.x;
+        w->space.o[1][i] = (float)r->o.y;
+        w->space.o[2][i] = (float)r->o.z;
+        w->space.d[0][i] = (float)(r->d.x * scale);
+        w->space.d[1][i] = (float)(r->d.y * scale);
+        w->space.d[2][i] = (float)(r->d.z * scale);
+        float far = (float)vec3_max(vec3_abs(r->o)), tmin = (float)(r->tmin * per_scale), tmax = (float)(r->tmax * per_scale);
+        reach = far > reach ? far : reach;
+        tmin = tmin > 0 ? tmin : 0;
+        w->tmin[i] = slab_down(tmin) > 0 ? slab_down(tmin) : 0;
+        w->tmin_up[i] = slab_up(tmin);
+        w->tmax[i] = slab_up(tmax);
+        w->end_down[i] = slab_down(tmax);
+        w->best_low[i] = INFINITY;
+        w->object[i] = HIT_NONE;
+    }
+    if (!(reach < REACH_GREATEST)) return false;
+    Space *s = &w->space;
+    s->reach = slab_up(reach);
+    float boxes = 0;
+    for (int a = 0; a < 3; a++) {
+        boxes = fmaxf(boxes, fabsf(world->bvh.bounds.lo[a]));
+        boxes = fmaxf(boxes, fabsf(world->bvh.bounds.hi[a]));
+    }
+    w->world_reach = boxes;
+    s->slack = PLANE_SLACK * (s->reach + boxes);
+    s->d_most = 2;
+    s->o_err = FLOAT_ROUNDOFF * s->reach;
+    s->d_err = 2 * FLOAT_ROUNDOFF;
+    for (int a = 0; a < 3; a++)
+        for (uint32_t at = 0; at < end; at += LANES) space_slabs(s, a, SLAB_PARALLEL, at);
+    return true;
+}
+
+/* Ten roundings of 2^-24: the map's entry, the coordinate, the product, three sums, and four to spare. */
+#define OBJECT_MARGIN (10 * FLOAT_ROUNDOFF)
+
+/* Directions below this share of the map's size count as this: it moves a point by less than the margin. */
+#define OBJECT_PARALLEL 0x1p-32f
+
+/* The rays in an object's own space, t unchanged, and which of them meet its box there: that fits a turned object better
+ * than the one in the tree. */
+static uint64_t object_space(const Walk *w, const Object *object, uint64_t rays, Space *s)
+{
+    const Space *from = &w->space;
+    Box bounds = object->prim->ops->bounds(object->prim);
+    float m[3][4], lo[3], hi[3], least_d[3], reach = 0, most = 0, box_reach_f = slab_up((float)box_reach(bounds));
+    float way = from->reach + w->world_reach;  /* no t within the world is greater, nor half a coordinate */
+    for (int a = 0; a < 3; a++) {
+        float size = 0;
+        for (int j = 0; j < 4; j++) m[a][j] = (float)object->to_object.m[a][j];
+        for (int j = 0; j < 3; j++) size += fabsf(m[a][j]);
+        reach = fmaxf(reach, size * from->reach + fabsf(m[a][3]));
+        most = fmaxf(most, size);
+        least_d[a] = OBJECT_PARALLEL * size;
+        lo[a] = slab_down((float)vec3_get(bounds.lo, a));
+        hi[a] = slab_up((float)vec3_get(bounds.hi, a));
+    }
+    s->reach = reach * (1 + OBJECT_MARGIN);
+    s->d_most = 2 * most * (1 + OBJECT_MARGIN);
+    s->o_err = OBJECT_MARGIN * reach;
+    s->d_err = OBJECT_MARGIN * s->d_most;
+    s->slack = PLANE_SLACK * (s->reach + box_reach_f) + s->o_err + 2 * way * s->d_err;
+    uint64_t met = 0;
+    for (uint32_t at = 0; at < w->count; at += LANES) {
+        if (!(rays >> at & LANE_BITS)) continue;
+        Lanes enter = at_lane(w->tmin, at), leave = at_lane(w->tmax, at);
+        for (int a = 0; a < 3; a++) {
+            Lanes o = lanes_set(m[a][3]), d = lanes_set(m[a][0]) * at_lane(from->d[0], at);
+            for (int j = 0; j < 3; j++) o = lanes_fma(lanes_set(m[a][j]), at_lane(from->o[j], at), o);
+            for (int j = 1; j < 3; j++) d = lanes_fma(lanes_set(m[a][j]), at_lane(from->d[j], at), d);
+            *(Lanes *)(s->o[a] + at) = o;
+            *(Lanes *)(s->d[a] + at) = d;
+            space_slabs(s, a, least_d[a], at);
+            Lanes r = at_lane(s->r[a], at), near_c = at_lane(s->near_c[a], at), far_c = at_lane(s->far_c[a], at);
+            Lanes x = lanes_set(lo[a]) * r, y = lanes_set(hi[a]) * r;
+            enter = lanes_max(enter, lanes_min(x, y) - near_c);
+            leave = lanes_min(leave, lanes_max(x, y) - far_c);
+        }
+        met |= (uint64_t)mask_bits(lanes_le(enter, leave)) << at;
+    }
+    return met & rays;
+}
+
+/* ---- hits in double ---- */
+
+static bool hit_exactly(const Walk *w, uint32_t i, uint32_t object, const MeshPrim *mesh, uint32_t triangle, Hit *hit)
+{
+    Ray local = ray_to_object(&w->world->objects[object], &w->ray[i]);
+    Shear shear = shear_of(&local);
+    const uint32_t *k = mesh->triangle[triangle];
+    const Vec3 *p = mesh->position;
+    int facing;
+    *hit = (Hit){.part = triangle, .object = object};
+    return hit_triangle(&shear, &p[k[0]], &p[k[1]], &p[k[2]], &hit->t, &hit->u, &hit->v, &facing) &&
+           hit->t > local.tmin && hit->t <= local.tmax;
+}
+
+static const MeshPrim *mesh_of(const Walk *w, uint32_t object) { return mesh_prim_data(w->world->objects[object].prim); }
+
+/* Computes the nearest hit so far in double. */
+static void settle(Walk *w, uint32_t i)
+{
+    if (w->exact >> i & 1) return;
+    hit_exactly(w, i, w->object[i], mesh_of(w, w->object[i]), w->triangle[i], &w->hit[i]);
+    w->exact |= (uint64_t)1 << i;
+}
+
+/* A hit in double that may be the nearest. Of equal t that of the least object, then the least part, counts. */
+static void offer(Walk *w, uint32_t i, const Hit *hit)
+{
+    float t = (float)(hit->t * w->per_scale[i]);
+    if (w->object[i] != HIT_NONE && slab_up(t) >= w->best_low[i]) {
+        settle(w, i);
+        const Hit *best = &w->hit[i];
+        if (hit->t > best->t) return;
+        if (hit->t == best->t &&
+            (hit->object > best->object || (hit->object == best->object && hit->part >= best->part)))
+            return;
+    }
+    w->hit[i] = *hit;
+    w->object[i] = hit->object;
+    w->triangle[i] = hit->part;
+    w->exact |= (uint64_t)1 << i;
+    w->tmax[i] = slab_up(t);
+    w->best_low[i] = slab_down(t);
+}
+
+/* ---- triangles ---- */
+
+/* What a walk over the triangles of one object needs. */
+typedef struct {
+    Walk *w;
+    const Space *space;
+    const MeshPrim *mesh;
+    uint32_t object;
+    Margins margins;
+    bool any;            /* occlusion */
+} Target;
+
+/* A triangle in doubt for ray i. */
+static void decide(const Target *g, uint32_t i, uint32_t triangle)
+{
+    Walk *w = g->w;
+    if (!g->any && w->object[i] == g->object && w->triangle[i] == triangle) return;
+    Hit hit;
+    if (!hit_exactly(w, i, g->object, g->mesh, triangle, &hit)) return;
+    if (g->any)
+        w->alive &= ~((uint64_t)1 << i);
+    else
+        offer(w, i, &hit);
+}
+
+/* Many rays against a block, one triangle after the other. */
+static inline __attribute__((always_inline)) void block_by_triangles(const Target *g, const MeshBlock *b, uint64_t rays)
+{
+    Walk *w = g->w;
+    const Space *s = g->space;
+    for (uint32_t j = 0; j < b->count; j++) {
+        float e1[3], e2[3], n[3];
+        for (int a = 0; a < 3; a++) {
+            e1[a] = b->e1[a][j];
+            e2[a] = b->e2[a][j];
+        }
+        n[0] = e1[1] * e2[2] - e1[2] * e2[1];
+        n[1] = e1[2] * e2[0] - e1[0] * e2[2];
+        n[2] = e1[0] * e2[1] - e1[1] * e2[0];
+        float edge = b->edge[j];
+        float mu = g->margins.edge * edge + FILTER_UNDERFLOW, md = g->margins.det * edge * edge + FILTER_UNDERFLOW;
+        float mt = g->margins.t * edge * edge + FILTER_UNDERFLOW;
+        for (uint32_t at = 0; at < w->count; at += LANES) {
+            uint32_t active = (uint32_t)(rays >> at) & LANE_BITS;
+            if (!active) continue;
+            Lanes dx = at_lane(s->d[0], at), dy = at_lane(s->d[1], at), dz = at_lane(s->d[2], at);
+            Lanes det = lanes_fma(lanes_set(n[0]), dx, lanes_fma(lanes_set(n[1]), dy, lanes_set(n[2]) * dz));
+            Lanes cx = lanes_set(b->v[0][j]) - at_lane(s->o[0], at), cy = lanes_set(b->v[1][j]) - at_lane(s->o[1], at);
+            Lanes cz = lanes_set(b->v[2][j]) - at_lane(s->o[2], at);
+            Lanes qx = lanes_fms(cy, dz, cz * dy), qy = lanes_fms(cz, dx, cx * dz), qz = lanes_fms(cx, dy, cy * dx);
+            Lanes sign = lanes_sign(det), size = lanes_abs(det);
+            Lanes u = lanes_flip(lanes_fma(qx, lanes_set(e2[0]), lanes_fma(qy, lanes_set(e2[1]), qz * lanes_set(e2[2]))), sign);
+            Lanes minus_v =
+                lanes_flip(lanes_fma(qx, lanes_set(e1[0]), lanes_fma(qy, lanes_set(e1[1]), qz * lanes_set(e1[2]))), sign);
+            Lanes sum = u - minus_v;
+            Mask sided = lanes_lt(lanes_set(md), size);
+            Mask miss = mask_or(mask_or(lanes_lt(u, lanes_set(-mu)), lanes_lt(lanes_set(mu), minus_v)),
+                                lanes_lt(size + lanes_set(2 * mu + md), sum));
+            Mask left = mask_without(mask_of(active), mask_and(sided, miss));
+            if (!mask_bits(left)) continue;
+            Lanes t_num = lanes_flip(lanes_fma(cx, lanes_set(n[0]), lanes_fma(cy, lanes_set(n[1]), cz * lanes_set(n[2]))), sign);
+            Lanes tmax = at_lane(w->tmax, at), tmin = at_lane(w->tmin, at);
+            Mask late = mask_or(lanes_lt(lanes_fma(tmax, size, lanes_fma(tmax, lanes_set(md), lanes_set(mt))), t_num),
+                                lanes_lt(t_num, lanes_fms(tmin, size, lanes_fma(tmin, lanes_set(md), lanes_set(mt)))));
+            left = mask_without(left, mask_and(sided, late));
+            if (!mask_bits(left)) continue;
+            Lanes per = lanes_set(1) / (size - lanes_set(md)), t = t_num / size;
+            Lanes t_err = lanes_fma(lanes_abs(t), lanes_set(md), lanes_set(mt)) * per * lanes_set(MARGIN_SLACK);
+            Lanes t_low = t - t_err, t_high = t + t_err;
+            Mask sure = mask_and(mask_and(lanes_lt(lanes_set(mu), u), lanes_lt(minus_v, lanes_set(-mu))),
+                                 lanes_lt(sum, size - lanes_set(2 * mu + md)));
+            sure = mask_and(mask_and(left, sure), mask_and(lanes_lt(at_lane(w->tmin_up, at), t_low),
+                                                           lanes_lt(t_high, at_lane(w->end_down, at))));
+            if (g->any) {
+                w->alive &= ~((uint64_t)mask_bits(sure) << at);
+                rays &= ~((uint64_t)mask_bits(sure) << at);
+            } else {
+                Lanes best_low = at_lane(w->best_low, at);
+                sure = mask_and(sure, lanes_lt(t_high, best_low));
+                *(Lanes *)(w->tmax + at) = lanes_pick(sure, t_high, tmax);
+                *(Lanes *)(w->best_low + at) = lanes_pick(sure, t_low, best_low);
+                LanesInt *object = (LanesInt *)(w->object + at), *triangle = (LanesInt *)(w->triangle + at);
+                *object = lanes_pick_int(sure, lanes_set_int(g->object), *object);
+                *triangle = lanes_pick_int(sure, lanes_set_int(b->triangle[j]), *triangle);
+                w->exact &= ~((uint64_t)mask_bits(sure) << at);
+            }
+            for (uint32_t doubt = mask_bits(mask_without(left, sure)); doubt; doubt &= doubt - 1)
+                decide(g, at + (uint32_t)__builtin_ctz(doubt), b->triangle[j]);
+            if (g->any) rays &= w->alive;
+        }
+    }
+}
+
+/* One ray against a block, its triangles at once. False if the ray is blocked. */
+static inline __attribute__((always_inline)) bool block_by_rays(const Target *g, const MeshBlock *b, uint32_t i)
+{
+    Walk *w = g->w;
+    const Space *s = g->space;
+    Four dx = four_set(s->d[0][i]), dy = four_set(s->d[1][i]), dz = four_set(s->d[2][i]);
+    Four e1x = four_load(b->e1[0]), e1y = four_load(b->e1[1]), e1z = four_load(b->e1[2]);
+    Four e2x = four_load(b->e2[0]), e2y = four_load(b->e2[1]), e2z = four_load(b->e2[2]);
+    Four cx = four_load(b->v[0]) - four_set(s->o[0][i]), cy = four_load(b->v[1]) - four_set(s->o[1][i]);
+    Four cz = four_load(b->v[2]) - four_set(s->o[2][i]);
+    Four nx = four_fms(e1y, e2z, e1z * e2y), ny = four_fms(e1z, e2x, e1x * e2z), nz = four_fms(e1x, e2y, e1y * e2x);
+    Four qx = four_fms(cy, dz, cz * dy), qy = four_fms(cz, dx, cx * dz), qz = four_fms(cx, dy, cy * dx);
+    Four det = four_fma(nx, dx, four_fma(ny, dy, nz * dz)), sign = four_sign(det), size = four_abs(det);
+    Four u = four_flip(four_fma(qx, e2x, four_fma(qy, e2y, qz * e2z)), sign);
+    Four minus_v = four_flip(four_fma(qx, e1x, four_fma(qy, e1y, qz * e1z)), sign), sum = u - minus_v;
+    Four edge = four_load(b->edge), tiny = four_set(FILTER_UNDERFLOW);
+    Four mu = four_fma(four_set(g->margins.edge), edge, tiny), edge2 = edge * edge;
+    Four md = four_fma(four_set(g->margins.det), edge2, tiny), mt = four_fma(four_set(g->margins.t), edge2, tiny);
+    Four rim = four_fma(four_set(2), mu, md), zero = four_set(0);
+    Four t_num = four_flip(four_fma(cx, nx, four_fma(cy, ny, cz * nz)), sign);
+    Four tmax = four_set(w->tmax[i]), tmin = four_set(w->tmin[i]);
+    uint32_t miss = four_lt(u, zero - mu) | four_lt(mu, minus_v) | four_lt(size + rim, sum);
+    miss |= four_lt(four_fma(tmax, size, four_fma(tmax, md, mt)), t_num);
+    miss |= four_lt(t_num, four_fms(tmin, size, four_fma(tmin, md, mt)));
+    uint32_t left = ((1u << b->count) - 1) & ~(miss & four_lt(md, size));
+    if (!left) return true;
+    uint32_t inside = four_lt(mu, u) & four_lt(minus_v, zero - mu) & four_lt(sum, size - rim);
+    float t_low[4], t_high[4];
+    Four t = t_num / size, t_err = four_fma(four_abs(t), md, mt) / (size - md) * four_set(MARGIN_SLACK);
+    *(Four *)t_low = t - t_err;
+    *(Four *)t_high = t + t_err;
+    for (; left; left &= left - 1) {
+        uint32_t j = (uint32_t)__builtin_ctz(left);
+        bool sure = (inside >> j & 1) && t_low[j] > w->tmin_up[i] && t_high[j] < w->end_down[i];
+        if (sure && g->any) {
+            w->alive &= ~((uint64_t)1 << i);
+            return false;
+        }
+        if (sure && t_high[j] < w->best_low[i]) {
+            w->tmax[i] = t_high[j];
+            w->best_low[i] = t_low[j];
+            w->object[i] = g->object;
+            w->triangle[i] = b->triangle[j];
+            w->exact &= ~((uint64_t)1 << i);
+        } else if (!(t_low[j] > w->tmax[i])) {
+            decide(g, i, b->triangle[j]);
+            if (g->any && !(w->alive >> i & 1)) return false;
+        }
+    }
+    return true;
+}
+
+/* ---- one ray through a tree ---- */
+
+typedef struct { float entry; uint32_t child; } Task;
+
+/* Visits the leaves below `start` that ray i meets, nearer ones first, until one returns false. */
+static inline __attribute__((always_inline)) bool walk_alone(const Bvh *bvh, const Walk *w, const Space *s, uint32_t i,
+                                                             uint32_t start, bool (*leaf)(void *, uint32_t, uint32_t),
+                                                             void *context)
+{
+    Task stack[SLAB_STACK];
+    uint32_t top = 0, near_at[3], far_at[3];
+    Eight r[3], near_c[3], far_c[3], tmin = eight_set(w->tmin[i]);
+    for (int a = 0; a < 3; a++) {
+        r[a] = eight_set(s->r[a][i]);
+        near_c[a] = eight_set(s->near_c[a][i]);
+        far_c[a] = eight_set(s->far_c[a][i]);
+        near_at[a] = (s->r[a][i] < 0 ? 24u : 0u) + 8u * (uint32_t)a;
+        far_at[a] = 24u + 16u * (uint32_t)a - near_at[a];
+    }
+    Task now = {0, start};
+    for (;;) {
+        if (now.child & BVH_LEAF) {
+            if (!leaf(context, now.child & ~BVH_LEAF, i)) return false;
+        } else {
+            const BvhNode *node = &bvh->node[now.child];
+            const float *plane = node->lo[0];
+            Eight x = eight_fms(eight_load(plane + near_at[0]), r[0], near_c[0]);
+            Eight y = eight_fms(eight_load(plane + near_at[1]), r[1], near_c[1]);
+            Eight z = eight_fms(eight_load(plane + near_at[2]), r[2], near_c[2]);
+            Eight enter = eight_max(eight_max(x, y), eight_max(z, tmin));
+            x = eight_fms(eight_load(plane + far_at[0]), r[0], far_c[0]);
+            y = eight_fms(eight_load(plane + far_at[1]), r[1], far_c[1]);
+            z = eight_fms(eight_load(plane + far_at[2]), r[2], far_c[2]);
+            Eight leave = eight_min(eight_min(x, y), eight_min(z, eight_set(w->tmax[i])));
+            uint32_t mask = eight_le(enter, leave);
+            if (mask) {
+                _Alignas(32) float entry[8];
+                eight_store(entry, enter);
+                uint32_t k = (uint32_t)__builtin_ctz(mask);
+                Task nearest = {entry[k], node->child[k]};
+                mask &= mask - 1;
+                uint32_t bottom = top;
+                for (; mask; mask &= mask - 1) {
+                    k = (uint32_t)__builtin_ctz(mask);
+                    Task task = {entry[k], node->child[k]};
+                    if (task.entry < nearest.entry) {
+                        Task t = nearest;
+                        nearest = task;
+                        task = t;
+                    }
+                    uint32_t at = top++;
+                    while (at > bottom && stack[at - 1].entry < task.entry) {
+                        stack[at] = stack[at - 1];
+                        at--;
+                    }
+                    stack[at] = task;
+                }
+                now = nearest;
+                continue;
+            }
+        }
+        float tmax = w->tmax[i];
+        do {
+            if (top == 0) return true;
+            now = stack[--top];
+        } while (now.entry > tmax);
+    }
+}
+
+static inline bool block_leaf_alone(void *context, uint32_t block, uint32_t i)
+{
+    const Target *g = context;
+    return block_by_rays(g, &g->mesh->block[block], i);
+}
+
+/* ---- packets through a tree ---- */
+
+/* Readies a space for the rays of one octant; *rays loses them, the result has them. */
+static uint64_t space_octant(Space *s, uint64_t *rays)
+{
+    uint32_t first = (uint32_t)__builtin_ctzll(*rays);
+    uint64_t same = *rays;
+    for (int a = 0; a < 3; a++) {
+        bool negative = s->r[a][first] < 0;
+        s->negative[a] = negative;
+        for (uint32_t at = 0; at < GROUP; at += LANES) {
+            if (!(same >> at & LANE_BITS)) continue;
+            uint64_t below = (uint64_t)mask_bits(lanes_lt(at_lane(s->r[a], at), lanes_set(0))) << at;
+            same &= (negative ? below : ~below) | ~((uint64_t)LANE_BITS << at);
+        }
+    }
+    for (int a = 0; a < 3; a++) {
+        Lanes least_o = lanes_set(INFINITY), most_o = lanes_set(-INFINITY), low = least_o, high = most_o;
+        for (uint32_t at = 0; at < GROUP; at += LANES) {
+            uint32_t bits = (uint32_t)(same >> at) & LANE_BITS;
+            if (!bits) continue;
+            Mask m = mask_of(bits);
+            Lanes o = at_lane(s->o[a], at), r = at_lane(s->r[a], at);
+            least_o = lanes_min(least_o, lanes_pick(m, o, least_o));
+            most_o = lanes_max(most_o, lanes_pick(m, o, most_o));
+            low = lanes_min(low, lanes_pick(m, r, low));
+            high = lanes_max(high, lanes_pick(m, r, high));
+        }
+        /* earliest entry: the origin farthest along the axis' sense; latest exit: the one farthest back */
+        float least = lanes_least(least_o), most = lanes_greatest(most_o);
+        s->first_o[a] = s->negative[a] ? least : most;
+        s->last_o[a] = s->negative[a] ? most : least;
+        s->r_low[a] = lanes_least(low);
+        s->r_high[a] = lanes_greatest(high);
+        s->slack_t[a] = s->slack * fmaxf(fabsf(s->r_low[a]), fabsf(s->r_high[a])) * MARGIN_SLACK;
+    }
+    *rays &= ~same;
+    return same;
+}
+
+/* The children that some ray of the packet might meet, and bounds on their entry distances. */
+static inline __attribute__((always_inline)) uint32_t packet_children(const BvhNode *node, const Space *s, float tmin,
+                                                                      float tmax, float entry[8])
+{
+    Eight enter = eight_set(tmin), leave = eight_set(tmax);
+    for (int a = 0; a < 3; a++) {
+        Eight lo = eight_load(node->lo[a]), hi = eight_load(node->hi[a]), slack = eight_set(s->slack_t[a]);
+        Eight near = eight_sub(s->negative[a] ? hi : lo, eight_set(s->first_o[a]));
+        Eight far = eight_sub(s->negative[a] ? lo : hi, eight_set(s->last_o[a]));
+        Eight low = eight_set(s->r_low[a]), high = eight_set(s->r_high[a]);
+        enter = eight_max(enter, eight_sub(eight_min(eight_mul(near, low), eight_mul(near, high)), slack));
+        leave = eight_min(leave, eight_add(eight_max(eight_mul(far, low), eight_mul(far, high)), slack));
+    }
+    eight_store(entry, enter);
+    return eight_le(enter, leave);
+}
+
+/* Those of `rays` that meet child k. */
+static inline __attribute__((always_inline)) uint64_t packet_lanes(const Walk *w, const Space *s, const BvhNode *node,
+                                                                   int k, uint64_t rays)
+{
+    Lanes near[3], far[3];
+    for (int a = 0; a < 3; a++) {
+        float lo = node->lo[a][k], hi = node->hi[a][k];
+        near[a] = lanes_set(s->negative[a] ? hi : lo);
+        far[a] = lanes_set(s->negative[a] ? lo : hi);
+    }
+    uint64_t met = 0;
+    for (uint32_t at = 0; at < w->count; at += LANES) {
+        if (!(rays >> at & LANE_BITS)) continue;
+        Lanes x = lanes_fms(near[0], at_lane(s->r[0], at), at_lane(s->near_c[0], at));
+        Lanes y = lanes_fms(near[1], at_lane(s->r[1], at), at_lane(s->near_c[1], at));
+        Lanes z = lanes_fms(near[2], at_lane(s->r[2], at), at_lane(s->near_c[2], at));
+        Lanes enter = lanes_max(lanes_max(x, y), lanes_max(z, at_lane(w->tmin, at)));
+        x = lanes_fms(far[0], at_lane(s->r[0], at), at_lane(s->far_c[0], at));
+        y = lanes_fms(far[1], at_lane(s->r[1], at), at_lane(s->far_c[1], at));
+        z = lanes_fms(far[2], at_lane(s->r[2], at), at_lane(s->far_c[2], at));
+        Lanes leave = lanes_min(lanes_min(x, y), lanes_min(z, at_lane(w->tmax, at)));
+        met |= (uint64_t)mask_bits(lanes_le(enter, leave)) << at;
+    }
+    return met & rays;
+}
+
+/* A subtree or leaf that waits for its turn, with the rays that meet it. */
+typedef struct { uint64_t rays; float entry; uint32_t child; } PacketTask;
+
+static inline float packet_tmax(const Walk *w)
+{
+    Lanes most = at_lane(w->tmax, 0);
+    for (uint32_t at = LANES; at < w->count; at += LANES) most = lanes_max(most, at_lane(w->tmax, at));
+    return lanes_greatest(most);
+}
+
+/* Visits the leaves that rays of a packet (of one octant) meet, roughly nearer ones first; few rays go on alone. */
+static inline __attribute__((always_inline)) void walk_packet(const Bvh *bvh, Walk *w, const Space *s, uint64_t rays,
+                                                              void (*leaf)(void *, uint32_t, uint64_t),
+                                                              bool (*leaf_alone)(void *, uint32_t, uint32_t),
+                                                              void *context)
+{
+    PacketTask stack[SLAB_STACK];
+    uint32_t top = 0;
+    float tmax = packet_tmax(w), tmin = INFINITY;
+    for (uint64_t left = rays; left; left &= left - 1) tmin = fminf(tmin, w->tmin[__builtin_ctzll(left)]);
+    stack[top++] = (PacketTask){rays, 0, bvh->root};
+    while (top > 0) {
+        PacketTask now = stack[--top];
+        now.rays &= w->alive;
+        if (!now.rays || now.entry > tmax) continue;
+        if (now.child & BVH_LEAF) {
+            leaf(context, now.child & ~BVH_LEAF, now.rays);
+            tmax = packet_tmax(w);
+            continue;
+        }
+        if (__builtin_popcountll(now.rays) <= FEW) {
+            for (; now.rays; now.rays &= now.rays - 1)
+                walk_alone(bvh, w, s, (uint32_t)__builtin_ctzll(now.rays), now.child, leaf_alone, context);
+            tmax = packet_tmax(w);
+            continue;
+        }
+        const BvhNode *node = &bvh->node[now.child];
+        _Alignas(32) float entry[8];
+        uint32_t bottom = top;
+        for (uint32_t mask = packet_children(node, s, tmin, tmax, entry); mask; mask &= mask - 1) {
+            int k = __builtin_ctz(mask);
+            PacketTask task = {packet_lanes(w, s, node, k, now.rays), entry[k], node->child[k]};
+            if (!task.rays) continue;
+            uint32_t i = top++;
+            while (i > bottom && stack[i - 1].entry < task.entry) {
+                stack[i] = stack[i - 1];
+                i--;
+            }
+            stack[i] = task;
+        }
+    }
+}
+
+/* The rays for which one after the other costs less than triangle by triangle for all. */
+static void block_leaf(void *context, uint32_t block, uint64_t rays)
+{
+    const Target *g = context;
+    const MeshBlock *b = &g->mesh->block[block];
+    uint32_t groups = 0;
+    for (uint32_t at = 0; at < GROUP; at += LANES) groups += (rays >> at & LANE_BITS) != 0;
+    if ((uint32_t)__builtin_popcountll(rays) > b->count * groups) {
+        block_by_triangles(g, b, rays);
+        return;
+    }
+    for (; rays; rays &= rays - 1) block_by_rays(g, b, (uint32_t)__builtin_ctzll(rays));
+}
+
+/* ---- objects ---- */
+
+static void at_mesh(Walk *w, uint32_t index, const MeshPrim *mesh, Space *s, uint64_t rays, bool coherent, bool any)
+{
+    Target g = {w, s, mesh, index, margins_of(s->o_err, s->d_err, s->d_most, s->reach + mesh->reach), any};
+    if (!coherent || __builtin_popcountll(rays) <= FEW) {
+        for (; rays; rays &= rays - 1)
+            walk_alone(&mesh->bvh, w, s, (uint32_t)__builtin_ctzll(rays), mesh->bvh.root, block_leaf_alone, &g);
+        return;
+    }
+    if (s == &w->space) {
+        walk_packet(&mesh->bvh, w, s, rays, block_leaf, block_leaf_alone, &g);
+        return;
+    }
+    while (rays) {
+        uint64_t same = space_octant(s, &rays);
+        walk_packet(&mesh->bvh, w, s, same, block_leaf, block_leaf_alone, &g);
+    }
+}
+
+static void at_prim(Walk *w, uint32_t index, uint64_t rays, bool any)
+{
+    const Object *object = &w->world->objects[index];
+    const PrimOps *ops = object->prim->ops;
+    for (; rays; rays &= rays - 1) {
+        uint32_t i = (uint32_t)__builtin_ctzll(rays);
+        Ray local = ray_to_object(object, &w->ray[i]);
+        Hit hit;
+        arena_reset(w->scratch->arena);
+        if (any) {
+            bool hits = ops->occluded ? ops->occluded(object->prim, &local, w->scratch)
+                                      : ops->intersect(object->prim, &local, &hit, w->scratch);
+            if (hits) w->alive &= ~((uint64_t)1 << i);
+        } else {
+            if (w->exact >> i & 1) local.tmax = w->hit[i].t;
+            if (!ops->intersect(object->prim, &local, &hit, w->scratch)) continue;
+            hit.object = index;
+            offer(w, i, &hit);
+        }
+    }
+}
+
+static inline __attribute__((always_inline)) void at_object(Walk *w, uint32_t index, uint64_t rays, bool coherent, bool any)
+{
+    const Object *object = &w->world->objects[index];
+    const MeshPrim *mesh = mesh_prim_data(object->prim);
+    if (object->in_world) {
+        if (mesh)
+            at_mesh(w, index, mesh, &w->space, rays, coherent, any);
+        else
+            at_prim(w, index, rays, any);
+        return;
+    }
+    Space s;
+    rays = object_space(w, object, rays, &s);
+    if (!rays) return;
+    if (mesh)
+        at_mesh(w, index, mesh, &s, rays, coherent, any);
+    else
+        at_prim(w, index, rays, any);
+}
+
+static void nearest_object(void *context, uint32_t index, uint64_t rays) { at_object(context, index, rays, true, false); }
+static void any_object(void *context, uint32_t index, uint64_t rays) { at_object(context, index, rays, true, true); }
+
+static bool nearest_object_alone(void *context, uint32_t index, uint32_t i)
+{
+    at_object(context, index, (uint64_t)1 << i, false, false);
+    return true;
+}
+
+static bool any_object_alone(void *context, uint32_t index, uint32_t i)
+{
+    Walk *w = context;
+    at_object(w, index, (uint64_t)1 << i, false, true);
+    return w->alive >> i & 1;
+}
+
+/* ---- streams ---- */
+
+/* Whether a packet of these rays is worth while: directions, about 1 long, that differ by no more than this. */
+#define COHERENT_SPREAD 0.5f
+
+static bool is_coherent(const Space *s, uint64_t rays)
+{
+    float spread = 0;
+    for (int a = 0; a < 3; a++) {
+        Lanes low = lanes_set(INFINITY), high = lanes_set(-INFINITY);
+        for (uint32_t at = 0; at < GROUP; at += LANES) {
+            uint32_t bits = (uint32_t)(rays >> at) & LANE_BITS;
+            if (!bits) continue;
+            Lanes d = at_lane(s->d[a], at);
+            low = lanes_min(low, lanes_pick(mask_of(bits), d, low));
+            high = lanes_max(high, lanes_pick(mask_of(bits), d, high));
+        }
+        spread = fmaxf(spread, lanes_greatest(high) - lanes_least(low));
+    }
+    return spread <= COHERENT_SPREAD;
+}
+
+static inline __attribute__((always_inline)) void trace(Walk *w, bool any)
+{
+    const Bvh *bvh = &w->world->bvh;
+    uint64_t rays = w->alive;
+    if (is_coherent(&w->space, rays)) {
+        while (rays) {
+            uint64_t same = space_octant(&w->space, &rays);
+            if (any)
+                walk_packet(bvh, w, &w->space, same, any_object, any_object_alone, w);
+            else
+                walk_packet(bvh, w, &w->space, same, nearest_object, nearest_object_alone, w);
+        }
+        return;
+    }
+    for (uint32_t i = 0; i < w->count; i++) {
+        if (any)
+            walk_alone(bvh, w, &w->space, i, bvh->root, any_object_alone, w);
+        else
+            walk_alone(bvh, w, &w->space, i, bvh->root, nearest_object_alone, w);
+    }
+}
+
+static void take_hits(Walk *w, Hit *hits)
+{
+    for (uint32_t i = 0; i < w->count; i++) {
+        if (w->object[i] == HIT_NONE) {
+            hits[i] = (Hit){.t = w->ray[i].tmax, .object = HIT_NONE};
+            continue;
+        }
+        settle(w, i);
+        const MeshPrim *mesh = mesh_of(w, w->object[i]);
+        if (mesh) w->hit[i].leaf = part_of(mesh, w->hit[i].part);
+        hits[i] = w->hit[i];
+    }
+}
+
+static void intersect(const World *world, const Ray *rays, Hit *hits, size_t n, Scratch *scratch)
+{
+    Walk w;
+    w.world = world;
+    w.scratch = scratch;
+    for (size_t at = 0; at < n; at += GROUP) {
+        uint32_t count = n - at < GROUP ? (uint32_t)(n - at) : GROUP;
+        if (!world->bvh.item_count || !walk_init(&w, world, rays + at, count)) {
+            kernel_scalar.intersect(world, rays + at, hits + at, count, scratch);
+            continue;
+        }
+        trace(&w, false);
+        take_hits(&w, hits + at);
+    }
+}
+
+static void occluded(const World *world, const Ray *rays, bool *blocked, size_t n, Scratch *scratch)
+{
+    Walk w;
+    w.world = world;
+    w.scratch = scratch;
+    for (size_t at = 0; at < n; at += GROUP) {
+        uint32_t count = n - at < GROUP ? (uint32_t)(n - at) : GROUP;
+        if (!world->bvh.item_count || !walk_init(&w, world, rays + at, count)) {
+            kernel_scalar.occluded(world, rays + at, blocked + at, count, scratch);
+            continue;
+        }
+        trace(&w, true);
+        for (uint32_t i = 0; i < count; i++) blocked[at + i] = !(w.alive >> i & 1);
+    }
+}
+
+#endif
