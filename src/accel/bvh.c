@@ -231,6 +231,32 @@ static int largest(const Range *child, int n)
     return best;
 }
 
+/* The children by the far corners of their boxes' middles along each octant's diagonal. */
+static void order_children(BvhNode *node)
+{
+    for (uint32_t octant = 0; octant < 4; octant++) {
+        float key[BVH_WIDTH];
+        uint32_t order[BVH_WIDTH];
+        for (uint32_t i = 0; i < BVH_WIDTH; i++) {
+            float k = 0;
+            for (uint32_t a = 0; a < 3; a++) {
+                float c = node->lo[a][i] + node->hi[a][i];
+                k += octant >> a & 1 ? -c : c;
+            }
+            if (i >= node->used) k = -INFINITY;
+            uint32_t at = i;
+            for (; at > 0 && key[at - 1] < k; at--) {
+                key[at] = key[at - 1];
+                order[at] = order[at - 1];
+            }
+            key[at] = k;
+            order[at] = i;
+        }
+        node->order[octant] = 0;
+        for (uint32_t i = 0; i < BVH_WIDTH; i++) node->order[octant] |= order[i] << (3 * i);
+    }
+}
+
 /* Fills the task's node and pushes the tasks of its inner children. */
 static bool make_node(Build *b, const Task *task, Task *stack, uint32_t *top)
 {
@@ -256,6 +282,7 @@ static bool make_node(Build *b, const Task *task, Task *stack, uint32_t *top)
         node->count[i] = inner ? 0 : (uint8_t)child[i].count;
     }
     b->node[task->node].used = (uint8_t)n;
+    order_children(&b->node[task->node]);
     return true;
 }
 

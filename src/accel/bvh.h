@@ -24,6 +24,9 @@ typedef struct {
     uint32_t child[BVH_WIDTH];   /* index of a node, or BVH_LEAF and what the leaf holds */
     uint8_t count[BVH_WIDTH];    /* 0: inner; else the leaf's number of items */
     uint8_t used;                /* children in use, the first ones */
+    uint32_t order[4];           /* children from far to near, three bits each from the lowest on, for rays whose sense
+                                    along x and y is that of bits 0 and 1 (set: negative) and along z is positive; the
+                                    opposite sense reads it backwards */
 } BvhNode;
 
 /* Set in a child that is a leaf. The rest is the first position in Bvh.order of its items, until the owner puts a number

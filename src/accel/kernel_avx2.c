@@ -74,6 +74,42 @@ static inline uint32_t eight_le(Eight a, Eight b)
     return (uint32_t)_mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_LE_OQ));
 }
 
+/* Indices of the set bits, in order, as lanes. */
+static inline __m256i eight_packed(uint32_t bits)
+{
+    uint64_t bytes = _pdep_u64(bits, 0x0101010101010101u) * 0xff;
+    return _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((long long)_pext_u64(0x0706050403020100u, bytes)));
+}
+
+/* The children whose enter <= leave, in the order given (three bits each, `reverse`: from the highest), onto the stack. */
+static inline uint32_t eight_push(float *entry, uint32_t *child, Eight enter, Eight leave, const uint32_t *children,
+                                  uint32_t order, uint32_t reverse)
+{
+    __m256i shift = _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21);
+    if (reverse) shift = _mm256_sub_epi32(_mm256_set1_epi32(21), shift);
+    __m256i at = _mm256_srlv_epi32(_mm256_set1_epi32((int)order), shift);
+    Eight e = _mm256_permutevar8x32_ps(enter, at), l = _mm256_permutevar8x32_ps(leave, at);
+    uint32_t met = eight_le(e, l);
+    __m256i packed = eight_packed(met);
+    __m256i c = _mm256_permutevar8x32_epi32(_mm256_load_si256((const __m256i *)children), at);
+    _mm256_storeu_ps(entry, _mm256_permutevar8x32_ps(e, packed));
+    _mm256_storeu_si256((__m256i *)child, _mm256_permutevar8x32_epi32(c, packed));
+    return (uint32_t)__builtin_popcount(met);
+}
+
+/* Those of the first n whose entry is at most tmax, moved to another place. */
+static inline uint32_t eight_keep(float *entry, uint32_t *child, const float *from, const uint32_t *from_child, uint32_t n,
+                                  float tmax)
+{
+    Eight e = _mm256_loadu_ps(from);
+    __m256i c = _mm256_loadu_si256((const __m256i *)from_child);
+    uint32_t kept = eight_le(e, eight_set(tmax)) & ((1u << n) - 1);
+    __m256i packed = eight_packed(kept);
+    _mm256_storeu_ps(entry, _mm256_permutevar8x32_ps(e, packed));
+    _mm256_storeu_si256((__m256i *)child, _mm256_permutevar8x32_epi32(c, packed));
+    return (uint32_t)__builtin_popcount(kept);
+}
+
 typedef __m128 Four;
 
 static inline Four four_set(float x) { return _mm_set1_ps(x); }

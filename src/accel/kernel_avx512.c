@@ -50,6 +50,33 @@ static inline Eight eight_min(Eight a, Eight b) { return _mm256_min_ps(a, b); }
 static inline Eight eight_max(Eight a, Eight b) { return _mm256_max_ps(a, b); }
 static inline uint32_t eight_le(Eight a, Eight b) { return _mm256_cmp_ps_mask(a, b, _CMP_LE_OQ); }
 
+/* The children whose enter <= leave, in the order given (three bits each, `reverse`: from the highest), onto the stack. */
+static inline uint32_t eight_push(float *entry, uint32_t *child, Eight enter, Eight leave, const uint32_t *children,
+                                  uint32_t order, uint32_t reverse)
+{
+    __m256i shift = _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21);
+    if (reverse) shift = _mm256_sub_epi32(_mm256_set1_epi32(21), shift);
+    __m256i at = _mm256_srlv_epi32(_mm256_set1_epi32((int)order), shift);
+    Eight e = _mm256_permutexvar_ps(at, enter), l = _mm256_permutexvar_ps(at, leave);
+    __m256i c = _mm256_permutexvar_epi32(at, _mm256_load_si256((const __m256i *)children));
+    __mmask8 met = _mm256_cmp_ps_mask(e, l, _CMP_LE_OQ);
+    _mm256_storeu_ps(entry, _mm256_maskz_compress_ps(met, e));
+    _mm256_storeu_si256((__m256i *)child, _mm256_maskz_compress_epi32(met, c));
+    return (uint32_t)__builtin_popcount(met);
+}
+
+/* Those of the first n whose entry is at most tmax, moved to another place. */
+static inline uint32_t eight_keep(float *entry, uint32_t *child, const float *from, const uint32_t *from_child, uint32_t n,
+                                  float tmax)
+{
+    Eight e = _mm256_loadu_ps(from);
+    __m256i c = _mm256_loadu_si256((const __m256i *)from_child);
+    __mmask8 kept = (__mmask8)(_mm256_cmp_ps_mask(e, _mm256_set1_ps(tmax), _CMP_LE_OQ) & ((1u << n) - 1));
+    _mm256_storeu_ps(entry, _mm256_maskz_compress_ps(kept, e));
+    _mm256_storeu_si256((__m256i *)child, _mm256_maskz_compress_epi32(kept, c));
+    return (uint32_t)__builtin_popcount(kept);
+}
+
 typedef __m128 Four;
 
 static inline Four four_set(float x) { return _mm_set1_ps(x); }

@@ -66,6 +66,36 @@ static inline uint32_t eight_le(Eight x, Eight y)
     return (uint32_t)_mm_movemask_ps(_mm_cmple_ps(x.a, y.a)) | (uint32_t)_mm_movemask_ps(_mm_cmple_ps(x.b, y.b)) << 4;
 }
 
+/* The children whose enter <= leave, in the order given (three bits each, `reverse`: from the highest), onto the stack. */
+static inline uint32_t eight_push(float *entry, uint32_t *child, Eight enter, Eight leave, const uint32_t *children,
+                                  uint32_t order, uint32_t reverse)
+{
+    float e[8];
+    _mm_storeu_ps(e, enter.a);
+    _mm_storeu_ps(e + 4, enter.b);
+    uint32_t met = eight_le(enter, leave), n = 0;
+    for (uint32_t i = 0; i < 8; i++) {
+        uint32_t k = order >> (reverse ? 21 - 3 * i : 3 * i) & 7;
+        if (!(met >> k & 1)) continue;
+        entry[n] = e[k];
+        child[n++] = children[k];
+    }
+    return n;
+}
+
+/* Those of the first n whose entry is at most tmax, moved to another place. */
+static inline uint32_t eight_keep(float *entry, uint32_t *child, const float *from, const uint32_t *from_child, uint32_t n,
+                                  float tmax)
+{
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < n; i++) {
+        entry[kept] = from[i];
+        child[kept] = from_child[i];
+        kept += from[i] <= tmax;
+    }
+    return kept;
+}
+
 typedef __m128 Four;
 
 static inline Four four_set(float x) { return _mm_set1_ps(x); }

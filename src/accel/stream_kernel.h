@@ -391,72 +391,94 @@ static inline __attribute__((always_inline)) bool block_by_rays(const Target *g,
     return true;
 }
 
-/* ---- one ray through a tree ---- */
+/* ---- single rays through a tree ---- */
 
-typedef struct { float entry; uint32_t child; } Task;
+/* A ray's way through a tree. What waits is in two arrays, nearer ones above: room for a whole node's children is left at
+ * the end. */
+typedef struct {
+    uint32_t ray, top, now;         /* now: a child, being visited */
+    uint32_t near_at[3];            /* of a node's planes, in floats */
+    uint32_t octant, reverse;       /* of the node's four orders, and whether it is read backwards */
+    float tmax;                     /* when the stack was culled last */
+    float entry[SLAB_STACK + 8];
+    uint32_t child[SLAB_STACK + 8];
+} Turn;
 
-/* Visits the leaves below `start` that ray i meets, nearer ones first, until one returns false. */
+static inline __attribute__((always_inline)) void turn_start(Turn *turn, const Walk *w, const Space *s, uint32_t i,
+                                                             uint32_t start)
+{
+    uint32_t octant = 0;
+    for (int a = 0; a < 3; a++) {
+        uint32_t negative = s->r[a][i] < 0;
+        octant |= negative << a;
+        turn->near_at[a] = 24 * negative + 8 * (uint32_t)a;
+    }
+    turn->ray = i;
+    turn->top = 0;
+    turn->now = start;
+    turn->reverse = octant >> 2;
+    turn->octant = turn->reverse ? octant ^ 7 : octant;
+    turn->tmax = w->tmax[i];
+}
+
+/* The next that waits becomes the present one; false if there is none. */
+static inline bool turn_pop(Turn *turn)
+{
+    if (turn->top == 0) return false;
+    turn->now = turn->child[--turn->top];
+    return true;
+}
+
+/* Takes out what begins beyond the nearest hit, then goes on with the next. */
+static inline bool turn_next(Turn *turn, const Walk *w)
+{
+    float tmax = w->tmax[turn->ray];
+    if (tmax < turn->tmax) {
+        uint32_t kept = 0;
+        for (uint32_t at = 0; at < turn->top; at += 8)
+            kept += eight_keep(turn->entry + kept, turn->child + kept, turn->entry + at, turn->child + at,
+                               turn->top - at < 8 ? turn->top - at : 8, tmax);
+        turn->top = kept;
+        turn->tmax = tmax;
+    }
+    return turn_pop(turn);
+}
+
+/* Goes on from an inner node; false at the end of the way. */
+static inline __attribute__((always_inline)) bool turn_node(Turn *turn, const Bvh *bvh, const Walk *w, const Space *s)
+{
+    const BvhNode *node = &bvh->node[turn->now];
+    const float *plane = node->lo[0];
+    const uint32_t *at = turn->near_at;
+    uint32_t i = turn->ray;
+    Eight rx = eight_set(s->r[0][i]), ry = eight_set(s->r[1][i]), rz = eight_set(s->r[2][i]);
+    Eight x = eight_fms(eight_load(plane + at[0]), rx, eight_set(s->near_c[0][i]));
+    Eight y = eight_fms(eight_load(plane + at[1]), ry, eight_set(s->near_c[1][i]));
+    Eight z = eight_fms(eight_load(plane + at[2]), rz, eight_set(s->near_c[2][i]));
+    Eight enter = eight_max(eight_max(x, y), eight_max(z, eight_set(w->tmin[i])));
+    x = eight_fms(eight_load(plane + 24 - at[0]), rx, eight_set(s->far_c[0][i]));
+    y = eight_fms(eight_load(plane + 40 - at[1]), ry, eight_set(s->far_c[1][i]));
+    z = eight_fms(eight_load(plane + 56 - at[2]), rz, eight_set(s->far_c[2][i]));
+    Eight leave = eight_min(eight_min(x, y), eight_min(z, eight_set(turn->tmax)));
+    turn->top += eight_push(turn->entry + turn->top, turn->child + turn->top, enter, leave, node->child,
+                            node->order[turn->octant], turn->reverse);
+    return turn_pop(turn);
+}
+
+/* Visits the leaves below `start` that ray i meets, roughly nearer ones first, until one returns false. */
 static inline __attribute__((always_inline)) bool walk_alone(const Bvh *bvh, const Walk *w, const Space *s, uint32_t i,
                                                              uint32_t start, bool (*leaf)(void *, uint32_t, uint32_t),
                                                              void *context)
 {
-    Task stack[SLAB_STACK];
-    uint32_t top = 0, near_at[3], far_at[3];
-    Eight r[3], near_c[3], far_c[3], tmin = eight_set(w->tmin[i]);
-    for (int a = 0; a < 3; a++) {
-        r[a] = eight_set(s->r[a][i]);
-        near_c[a] = eight_set(s->near_c[a][i]);
-        far_c[a] = eight_set(s->far_c[a][i]);
-        near_at[a] = (s->r[a][i] < 0 ? 24u : 0u) + 8u * (uint32_t)a;
-        far_at[a] = 24u + 16u * (uint32_t)a - near_at[a];
-    }
-    Task now = {0, start};
+    Turn turn;
+    turn_start(&turn, w, s, i, start);
     for (;;) {
-        if (now.child & BVH_LEAF) {
-            if (!leaf(context, now.child & ~BVH_LEAF, i)) return false;
-        } else {
-            const BvhNode *node = &bvh->node[now.child];
-            const float *plane = node->lo[0];
-            Eight x = eight_fms(eight_load(plane + near_at[0]), r[0], near_c[0]);
-            Eight y = eight_fms(eight_load(plane + near_at[1]), r[1], near_c[1]);
-            Eight z = eight_fms(eight_load(plane + near_at[2]), r[2], near_c[2]);
-            Eight enter = eight_max(eight_max(x, y), eight_max(z, tmin));
-            x = eight_fms(eight_load(plane + far_at[0]), r[0], far_c[0]);
-            y = eight_fms(eight_load(plane + far_at[1]), r[1], far_c[1]);
-            z = eight_fms(eight_load(plane + far_at[2]), r[2], far_c[2]);
-            Eight leave = eight_min(eight_min(x, y), eight_min(z, eight_set(w->tmax[i])));
-            uint32_t mask = eight_le(enter, leave);
-            if (mask) {
-                _Alignas(32) float entry[8];
-                eight_store(entry, enter);
-                uint32_t k = (uint32_t)__builtin_ctz(mask);
-                Task nearest = {entry[k], node->child[k]};
-                mask &= mask - 1;
-                uint32_t bottom = top;
-                for (; mask; mask &= mask - 1) {
-                    k = (uint32_t)__builtin_ctz(mask);
-                    Task task = {entry[k], node->child[k]};
-                    if (task.entry < nearest.entry) {
-                        Task t = nearest;
-                        nearest = task;
-                        task = t;
-                    }
-                    uint32_t at = top++;
-                    while (at > bottom && stack[at - 1].entry < task.entry) {
-                        stack[at] = stack[at - 1];
-                        at--;
-                    }
-                    stack[at] = task;
-                }
-                now = nearest;
-                continue;
-            }
+        if (turn.now & BVH_LEAF) {
+            if (!leaf(context, turn.now & ~BVH_LEAF, i)) return false;
+            if (!turn_next(&turn, w)) return true;
+        } else if (!turn_node(&turn, bvh, w, s)) {
+            return true;
         }
-        float tmax = w->tmax[i];
-        do {
-            if (top == 0) return true;
-            now = stack[--top];
-        } while (now.entry > tmax);
     }
 }
 
@@ -465,6 +487,45 @@ static inline bool block_leaf_alone(void *context, uint32_t block, uint32_t i)
     const Target *g = context;
     return block_by_rays(g, &g->mesh->block[block], i);
 }
+
+/* Several rays through a mesh, a step of each by turns: while one waits for memory or for a comparison, others go on. */
+enum { TURNS_SMALL = 2, TURNS_LARGE = 4, TURNS_MOST = 4, SMALL_NODES = 8000 };
+
+/* A node or a block; false at the end of the ray's way. */
+static inline __attribute__((always_inline)) bool turn_step(Turn *turn, const Target *g)
+{
+    const MeshPrim *mesh = g->mesh;
+    if (turn->now & BVH_LEAF) {
+        if (!block_by_rays(g, &mesh->block[turn->now & ~BVH_LEAF], turn->ray) || !turn_next(turn, g->w)) return false;
+    } else if (!turn_node(turn, &mesh->bvh, g->w, g->space)) {
+        return false;
+    }
+    const char *next = turn->now & BVH_LEAF ? (const char *)&mesh->block[turn->now & ~BVH_LEAF]
+                                            : (const char *)&mesh->bvh.node[turn->now];
+    for (int line = 0; line < 4; line++) __builtin_prefetch(next + 64 * line);
+    return true;
+}
+
+static inline __attribute__((always_inline)) void walk_by_turns(const Target *g, uint64_t rays, uint32_t turns)
+{
+    Turn turn[TURNS_MOST];
+    uint32_t n = 0;
+    for (; n < turns && rays; rays &= rays - 1)
+        turn_start(&turn[n++], g->w, g->space, (uint32_t)__builtin_ctzll(rays), g->mesh->bvh.root);
+    while (n > 0)
+        for (uint32_t k = 0; k < n; k++) {
+            if (turn_step(&turn[k], g)) continue;
+            if (rays) {
+                turn_start(&turn[k], g->w, g->space, (uint32_t)__builtin_ctzll(rays), g->mesh->bvh.root);
+                rays &= rays - 1;
+            } else {
+                if (k < --n) turn[k--] = turn[n];
+            }
+        }
+}
+
+static __attribute__((noinline)) void walk_large(const Target *g, uint64_t rays) { walk_by_turns(g, rays, TURNS_LARGE); }
+static __attribute__((noinline)) void walk_small(const Target *g, uint64_t rays) { walk_by_turns(g, rays, TURNS_SMALL); }
 
 /* ---- packets through a tree ---- */
 
@@ -621,6 +682,11 @@ static void block_leaf(void *context, uint32_t block, uint64_t rays)
 static void at_mesh(Walk *w, uint32_t index, const MeshPrim *mesh, Space *s, uint64_t rays, bool coherent, bool any)
 {
     Target g = {w, s, mesh, index, margins_of(s->o_err, s->d_err, s->d_most, s->reach + mesh->reach), any};
+    if (!coherent && __builtin_popcountll(rays) > 1) {
+        if (mesh->bvh.node_count < SMALL_NODES) walk_small(&g, rays);
+        else walk_large(&g, rays);
+        return;
+    }
     if (!coherent || __builtin_popcountll(rays) <= FEW) {
         for (; rays; rays &= rays - 1)
             walk_alone(&mesh->bvh, w, s, (uint32_t)__builtin_ctzll(rays), mesh->bvh.root, block_leaf_alone, &g);
@@ -728,6 +794,10 @@ static inline __attribute__((always_inline)) void trace(Walk *w, bool any)
             else
                 walk_packet(bvh, w, &w->space, same, nearest_object, nearest_object_alone, w);
         }
+        return;
+    }
+    if (bvh->root & BVH_LEAF) {
+        at_object(w, bvh->root & ~BVH_LEAF, rays, false, any);
         return;
     }
     for (uint32_t i = 0; i < w->count; i++) {
