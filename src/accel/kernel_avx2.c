@@ -121,6 +121,44 @@ static inline Four four_sign(Four a) { return _mm_and_ps(a, _mm_set1_ps(-0.0f));
 static inline Four four_flip(Four a, Four sign) { return _mm_xor_ps(a, sign); }
 static inline uint32_t four_lt(Four a, Four b) { return (uint32_t)_mm_movemask_ps(_mm_cmp_ps(a, b, _CMP_LT_OQ)); }
 
+typedef __m256d Doubles;
+
+enum { DOUBLES = 4 };
+
+static inline Doubles doubles_set(double x) { return _mm256_set1_pd(x); }
+static inline Doubles doubles_max(Doubles a, Doubles b) { return _mm256_max_pd(a, b); }
+static inline Doubles doubles_abs(Doubles a) { return _mm256_andnot_pd(_mm256_set1_pd(-0.0), a); }
+static inline uint32_t doubles_lt(Doubles a, Doubles b)
+{
+    return (uint32_t)_mm256_movemask_pd(_mm256_cmp_pd(a, b, _CMP_LT_OQ));
+}
+static inline void doubles_to_floats(float *to, Doubles a) { _mm_storeu_ps(to, _mm256_cvtpd_ps(a)); }
+
+/* The power of two below or equal, of positive normal numbers; and 1 over it. */
+static inline Doubles doubles_power(Doubles a, Doubles *reciprocal)
+{
+    __m256i e = _mm256_and_si256(_mm256_castpd_si256(a), _mm256_set1_epi64x(0x7ff0000000000000));
+    *reciprocal = _mm256_castsi256_pd(_mm256_sub_epi64(_mm256_set1_epi64x(2046LL << 52), e));
+    return _mm256_castsi256_pd(e);
+}
+
+/* Four records of eight numbers each become eight fields. */
+static inline void doubles_fields(const double *record, Doubles f[8])
+{
+    for (int half = 0; half < 8; half += 4) {
+        Doubles r[4], s[4];
+        for (int i = 0; i < 4; i++) r[i] = _mm256_loadu_pd(record + 8 * i + half);
+        for (int i = 0; i < 4; i += 2) {
+            s[i] = _mm256_unpacklo_pd(r[i], r[i + 1]);
+            s[i + 1] = _mm256_unpackhi_pd(r[i], r[i + 1]);
+        }
+        for (int k = 0; k < 2; k++) {
+            f[half + k] = _mm256_permute2f128_pd(s[k], s[k + 2], 0x20);
+            f[half + k + 2] = _mm256_permute2f128_pd(s[k], s[k + 2], 0x31);
+        }
+    }
+}
+
 #include "accel/stream_kernel.h"
 
 const Kernel kernel_avx2 = {"avx2", intersect, occluded};

@@ -88,6 +88,44 @@ static inline Four four_sign(Four a) { return _mm_and_ps(a, _mm_set1_ps(-0.0f));
 static inline Four four_flip(Four a, Four sign) { return _mm_xor_ps(a, sign); }
 static inline uint32_t four_lt(Four a, Four b) { return _mm_cmp_ps_mask(a, b, _CMP_LT_OQ); }
 
+
+typedef __m512d Doubles;
+
+enum { DOUBLES = 8 };
+
+static inline Doubles doubles_set(double x) { return _mm512_set1_pd(x); }
+static inline Doubles doubles_max(Doubles a, Doubles b) { return _mm512_max_pd(a, b); }
+static inline Doubles doubles_abs(Doubles a) { return _mm512_abs_pd(a); }
+static inline uint32_t doubles_lt(Doubles a, Doubles b) { return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ); }
+static inline void doubles_to_floats(float *to, Doubles a) { _mm256_storeu_ps(to, _mm512_cvtpd_ps(a)); }
+
+/* The power of two below or equal, of positive normal numbers; and 1 over it. */
+static inline Doubles doubles_power(Doubles a, Doubles *reciprocal)
+{
+    __m512i e = _mm512_and_epi64(_mm512_castpd_si512(a), _mm512_set1_epi64(0x7ff0000000000000));
+    *reciprocal = _mm512_castsi512_pd(_mm512_sub_epi64(_mm512_set1_epi64(2046LL << 52), e));
+    return _mm512_castsi512_pd(e);
+}
+
+/* Eight records of eight numbers each become eight fields. */
+static inline void doubles_fields(const double *record, Doubles f[8])
+{
+    Doubles r[8], s[8];
+    for (int i = 0; i < 8; i++) r[i] = _mm512_loadu_pd(record + 8 * i);
+    for (int i = 0; i < 8; i += 2) {
+        s[i] = _mm512_unpacklo_pd(r[i], r[i + 1]);
+        s[i + 1] = _mm512_unpackhi_pd(r[i], r[i + 1]);
+    }
+    for (int k = 0; k < 2; k++) {
+        Doubles a = _mm512_shuffle_f64x2(s[k], s[k + 2], 0x88), b = _mm512_shuffle_f64x2(s[k + 4], s[k + 6], 0x88);
+        Doubles c = _mm512_shuffle_f64x2(s[k], s[k + 2], 0xdd), d = _mm512_shuffle_f64x2(s[k + 4], s[k + 6], 0xdd);
+        f[k] = _mm512_shuffle_f64x2(a, b, 0x88);
+        f[k + 4] = _mm512_shuffle_f64x2(a, b, 0xdd);
+        f[k + 2] = _mm512_shuffle_f64x2(c, d, 0x88);
+        f[k + 6] = _mm512_shuffle_f64x2(c, d, 0xdd);
+    }
+}
+
 #include "accel/stream_kernel.h"
 
 const Kernel kernel_avx512 = {"avx512", intersect, occluded};

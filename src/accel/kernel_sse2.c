@@ -107,6 +107,34 @@ static inline Four four_sign(Four a) { return lanes_sign(a); }
 static inline Four four_flip(Four a, Four sign) { return lanes_flip(a, sign); }
 static inline uint32_t four_lt(Four a, Four b) { return (uint32_t)_mm_movemask_ps(_mm_cmplt_ps(a, b)); }
 
+typedef __m128d Doubles;
+
+enum { DOUBLES = 2 };
+
+static inline Doubles doubles_set(double x) { return _mm_set1_pd(x); }
+static inline Doubles doubles_max(Doubles a, Doubles b) { return _mm_max_pd(a, b); }
+static inline Doubles doubles_abs(Doubles a) { return _mm_andnot_pd(_mm_set1_pd(-0.0), a); }
+static inline uint32_t doubles_lt(Doubles a, Doubles b) { return (uint32_t)_mm_movemask_pd(_mm_cmplt_pd(a, b)); }
+static inline void doubles_to_floats(float *to, Doubles a) { _mm_storel_pi((__m64 *)to, _mm_cvtpd_ps(a)); }
+
+/* The power of two below or equal, of positive normal numbers; and 1 over it. */
+static inline Doubles doubles_power(Doubles a, Doubles *reciprocal)
+{
+    __m128i e = _mm_and_si128(_mm_castpd_si128(a), _mm_set1_epi64x(0x7ff0000000000000));
+    *reciprocal = _mm_castsi128_pd(_mm_sub_epi64(_mm_set1_epi64x(2046LL << 52), e));
+    return _mm_castsi128_pd(e);
+}
+
+/* Two records of eight numbers each become eight fields. */
+static inline void doubles_fields(const double *record, Doubles f[8])
+{
+    for (int k = 0; k < 8; k += 2) {
+        Doubles a = _mm_loadu_pd(record + k), b = _mm_loadu_pd(record + 8 + k);
+        f[k] = _mm_unpacklo_pd(a, b);
+        f[k + 1] = _mm_unpackhi_pd(a, b);
+    }
+}
+
 #include "accel/stream_kernel.h"
 
 const Kernel kernel_sse2 = {"sse2", intersect, occluded};

@@ -83,7 +83,7 @@ typedef struct {
     float best_low[GROUP];               /* of the nearest hit so far, rounded down; infinite without one */
     uint32_t object[GROUP], triangle[GROUP];
     Hit hit[GROUP];
-    double per_scale[GROUP];
+    _Alignas(64) double per_scale[GROUP];
     float world_reach;
     Space space;
 } Walk;
@@ -105,50 +105,79 @@ static inline __attribute__((always_inline)) void space_slabs(Space *s, int a, f
     *(Lanes *)(s->far_c[a] + at) = c - slack;
 }
 
+/* The greatest component of a direction must be between these; then its power of two is a normal number. */
+#define DIRECTION_LEAST 0x1p-1000
+#define DIRECTION_GREATEST 0x1p1000
+
+_Static_assert(sizeof(Ray) == 8 * sizeof(double), "a ray is eight doubles: o, d, tmin, tmax");
+
+/* The rays' numbers as floats in arrays; false if a direction or an origin is out of reach. */
+static inline __attribute__((always_inline)) bool walk_load(Walk *w, const Ray *ray, uint32_t n, float *reach)
+{
+    Space *s = &w->space;
+    Doubles far = doubles_set(0);
+    uint32_t odd = 0;
+    uint32_t end = (n + LANES - 1) / LANES * LANES;  /* lanes beyond the last repeat the first ray */
+    for (uint32_t i = 0; i < end; i += DOUBLES) {
+        Ray padded[DOUBLES];
+        const Ray *from = ray + i;
+        if (i + DOUBLES > n) {
+            for (uint32_t k = 0; k < DOUBLES; k++) padded[k] = ray[i + k < n ? i + k : 0];
+            from = padded;
+        }
+        Doubles f[8], scale;
+        doubles_fields((const double *)from, f);
+        Doubles most = doubles_max(doubles_abs(f[3]), doubles_max(doubles_abs(f[4]), doubles_abs(f[5])));
+        odd |= ~(doubles_lt(most, doubles_set(DIRECTION_GREATEST)) & doubles_lt(doubles_set(DIRECTION_LEAST), most));
+        Doubles per_scale = doubles_power(most, &scale);
+        far = doubles_max(far, doubles_max(doubles_abs(f[0]), doubles_max(doubles_abs(f[1]), doubles_abs(f[2]))));
+        for (int a = 0; a < 3; a++) {
+            doubles_to_floats(s->o[a] + i, f[a]);
+            doubles_to_floats(s->d[a] + i, f[3 + a] * scale);
+        }
+        *(Doubles *)(w->per_scale + i) = per_scale;
+        doubles_to_floats(w->tmin + i, f[6] * per_scale);
+        doubles_to_floats(w->tmax + i, f[7] * per_scale);
+    }
+    if (odd & ((1u << DOUBLES) - 1)) return false;
+    double most = 0;
+    for (int k = 0; k < DOUBLES; k++) most = far[k] > most ? far[k] : most;
+    *reach = slab_up((float)most);
+    return *reach < REACH_GREATEST;
+}
+
 /* Fills everything from n rays; false if one of them is out of floats' reach. */
 static bool walk_init(Walk *w, const World *world, const Ray *ray, uint32_t n)
 {
+    Space *s = &w->space;
     w->ray = ray;
     w->count = n;
     w->alive = group_all(n);
     w->exact = 0;
-    float reach = 0;
-    uint32_t end = (n + LANES - 1) / LANES * LANES;
-    for (uint32_t i = 0; i < end; i++) {
-        const Ray *r = &ray[i < n ? i : 0];
-        double scale = vec3_pow2_scale(r->d), per_scale = 1 / scale;
-        w->per_scale[i] = per_scale;
-        w->space.o[0][i] = (float)r->o.x;
-        w->space.o[1][i] = (float)r->o.y;
-        w->space.o[2][i] = (float)r->o.z;
-        w->space.d[0][i] = (float)(r->d.x * scale);
-        w->space.d[1][i] = (float)(r->d.y * scale);
-        w->space.d[2][i] = (float)(r->d.z * scale);
-        float far = (float)vec3_max(vec3_abs(r->o)), tmin = (float)(r->tmin * per_scale), tmax = (float)(r->tmax * per_scale);
-        reach = far > reach ? far : reach;
-        tmin = tmin > 0 ? tmin : 0;
-        w->tmin[i] = slab_down(tmin) > 0 ? slab_down(tmin) : 0;
-        w->tmin_up[i] = slab_up(tmin);
-        w->tmax[i] = slab_up(tmax);
-        w->end_down[i] = slab_down(tmax);
-        w->best_low[i] = INFINITY;
-        w->object[i] = HIT_NONE;
-    }
-    if (!(reach < REACH_GREATEST)) return false;
-    Space *s = &w->space;
-    s->reach = slab_up(reach);
+    if (!walk_load(w, ray, n, &s->reach)) return false;
     float boxes = 0;
     for (int a = 0; a < 3; a++) {
-        boxes = fmaxf(boxes, fabsf(world->bvh.bounds.lo[a]));
-        boxes = fmaxf(boxes, fabsf(world->bvh.bounds.hi[a]));
+        float lo = fabsf(world->bvh.bounds.lo[a]), hi = fabsf(world->bvh.bounds.hi[a]), most = lo > hi ? lo : hi;
+        boxes = most > boxes ? most : boxes;
     }
     w->world_reach = boxes;
     s->slack = PLANE_SLACK * (s->reach + boxes);
     s->d_most = 2;
     s->o_err = FLOAT_ROUNDOFF * s->reach;
     s->d_err = 2 * FLOAT_ROUNDOFF;
-    for (int a = 0; a < 3; a++)
-        for (uint32_t at = 0; at < end; at += LANES) space_slabs(s, a, SLAB_PARALLEL, at);
+    const Lanes zero = lanes_set(0), most = lanes_set(INFINITY), tiny = lanes_set(0x1p-126f), ulp = lanes_set(0x1p-23f);
+    for (uint32_t at = 0; at < n; at += LANES) {
+        Lanes tmin = lanes_max(zero, at_lane(w->tmin, at)), tmax = at_lane(w->tmax, at);
+        Lanes off = lanes_fma(tmin, ulp, tiny), end_off = lanes_fma(lanes_abs(tmax), ulp, tiny);
+        Mask ends = lanes_lt(tmax, most);
+        *(Lanes *)(w->tmin + at) = lanes_max(zero, tmin - off);
+        *(Lanes *)(w->tmin_up + at) = tmin + off;
+        *(Lanes *)(w->tmax + at) = tmax + end_off;
+        *(Lanes *)(w->end_down + at) = lanes_pick(ends, tmax - end_off, most);
+        *(Lanes *)(w->best_low + at) = most;
+        *(LanesInt *)(w->object + at) = lanes_set_int(HIT_NONE);
+        for (int a = 0; a < 3; a++) space_slabs(s, a, SLAB_PARALLEL, at);
+    }
     return true;
 }
 
@@ -629,7 +658,10 @@ static inline __attribute__((always_inline)) void walk_packet(const Bvh *bvh, Wa
     PacketTask stack[SLAB_STACK];
     uint32_t top = 0;
     float tmax = packet_tmax(w), tmin = INFINITY;
-    for (uint64_t left = rays; left; left &= left - 1) tmin = fminf(tmin, w->tmin[__builtin_ctzll(left)]);
+    for (uint64_t left = rays; left; left &= left - 1) {
+        float t = w->tmin[__builtin_ctzll(left)];
+        tmin = t < tmin ? t : tmin;
+    }
     stack[top++] = (PacketTask){rays, 0, bvh->root};
     while (top > 0) {
         PacketTask now = stack[--top];
