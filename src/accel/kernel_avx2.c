@@ -132,6 +132,7 @@ static inline uint32_t doubles_lt(Doubles a, Doubles b)
 {
     return (uint32_t)_mm256_movemask_pd(_mm256_cmp_pd(a, b, _CMP_LT_OQ));
 }
+static inline Doubles doubles_of_floats(const float *p) { return _mm256_cvtps_pd(_mm_loadu_ps(p)); }
 static inline void doubles_to_floats(float *to, Doubles a) { _mm_storeu_ps(to, _mm256_cvtpd_ps(a)); }
 
 /* The power of two below or equal, of positive normal numbers; and 1 over it. */

@@ -97,6 +97,7 @@ static inline Doubles doubles_set(double x) { return _mm512_set1_pd(x); }
 static inline Doubles doubles_max(Doubles a, Doubles b) { return _mm512_max_pd(a, b); }
 static inline Doubles doubles_abs(Doubles a) { return _mm512_abs_pd(a); }
 static inline uint32_t doubles_lt(Doubles a, Doubles b) { return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ); }
+static inline Doubles doubles_of_floats(const float *p) { return _mm512_cvtps_pd(_mm256_loadu_ps(p)); }
 static inline void doubles_to_floats(float *to, Doubles a) { _mm256_storeu_ps(to, _mm512_cvtpd_ps(a)); }
 
 /* The power of two below or equal, of positive normal numbers; and 1 over it. */

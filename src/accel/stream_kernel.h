@@ -62,6 +62,11 @@ typedef struct {
     _Alignas(64) float o[3][GROUP];
     float d[3][GROUP], r[3][GROUP];            /* r = 1 / d */
     float near_c[3][GROUP], far_c[3][GROUP];   /* a plane p is entered at p r - near_c at the earliest, left by p r - far_c */
+    float shift[GROUP];                        /* t of the origins on the rays as given; the t below are beyond that */
+    float tmin[GROUP];                         /* rounded down, for boxes */
+    float tmax[GROUP];                         /* of the ray or the nearest hit so far, rounded up */
+    float tmin_up[GROUP], end_down[GROUP];     /* the ray's own interval, rounded inward */
+    float best_low[GROUP];                     /* of the nearest hit so far, rounded down; infinite without one */
     float reach;                               /* greatest coordinate of an origin */
     float slack;                               /* how far a plane's place may be off */
     float d_most, o_err, d_err;
@@ -77,13 +82,10 @@ typedef struct {
     uint32_t count;
     uint64_t alive;                      /* of occlusion rays: not blocked yet */
     uint64_t exact;                      /* the nearest hit so far is known in double: hit[] */
-    _Alignas(64) float tmin[GROUP];      /* rounded down, for boxes */
-    float tmax[GROUP];                   /* of the ray or the nearest hit so far, rounded up */
-    float tmin_up[GROUP], end_down[GROUP];  /* the ray's own interval, rounded inward */
-    float best_low[GROUP];               /* of the nearest hit so far, rounded down; infinite without one */
-    uint32_t object[GROUP], triangle[GROUP];
+    _Alignas(64) uint32_t object[GROUP]; /* of the nearest hit so far */
+    uint32_t triangle[GROUP];
     Hit hit[GROUP];
-    _Alignas(64) double per_scale[GROUP];
+    _Alignas(64) double o[3][GROUP], d[3][GROUP], per_scale[GROUP];  /* d about 1 long */
     float world_reach;
     Space space;
 } Walk;
@@ -132,12 +134,15 @@ static inline __attribute__((always_inline)) bool walk_load(Walk *w, const Ray *
         Doubles per_scale = doubles_power(most, &scale);
         far = doubles_max(far, doubles_max(doubles_abs(f[0]), doubles_max(doubles_abs(f[1]), doubles_abs(f[2]))));
         for (int a = 0; a < 3; a++) {
+            Doubles d = f[3 + a] * scale;
+            *(Doubles *)(w->o[a] + i) = f[a];
+            *(Doubles *)(w->d[a] + i) = d;
             doubles_to_floats(s->o[a] + i, f[a]);
-            doubles_to_floats(s->d[a] + i, f[3 + a] * scale);
+            doubles_to_floats(s->d[a] + i, d);
         }
         *(Doubles *)(w->per_scale + i) = per_scale;
-        doubles_to_floats(w->tmin + i, f[6] * per_scale);
-        doubles_to_floats(w->tmax + i, f[7] * per_scale);
+        doubles_to_floats(s->tmin + i, f[6] * per_scale);
+        doubles_to_floats(s->tmax + i, f[7] * per_scale);
     }
     if (odd & ((1u << DOUBLES) - 1)) return false;
     double most = 0;
@@ -167,68 +172,122 @@ static bool walk_init(Walk *w, const World *world, const Ray *ray, uint32_t n)
     s->d_err = 2 * FLOAT_ROUNDOFF;
     const Lanes zero = lanes_set(0), most = lanes_set(INFINITY), tiny = lanes_set(0x1p-126f), ulp = lanes_set(0x1p-23f);
     for (uint32_t at = 0; at < n; at += LANES) {
-        Lanes tmin = lanes_max(zero, at_lane(w->tmin, at)), tmax = at_lane(w->tmax, at);
+        Lanes tmin = lanes_max(zero, at_lane(s->tmin, at)), tmax = at_lane(s->tmax, at);
         Lanes off = lanes_fma(tmin, ulp, tiny), end_off = lanes_fma(lanes_abs(tmax), ulp, tiny);
         Mask ends = lanes_lt(tmax, most);
-        *(Lanes *)(w->tmin + at) = lanes_max(zero, tmin - off);
-        *(Lanes *)(w->tmin_up + at) = tmin + off;
-        *(Lanes *)(w->tmax + at) = tmax + end_off;
-        *(Lanes *)(w->end_down + at) = lanes_pick(ends, tmax - end_off, most);
-        *(Lanes *)(w->best_low + at) = most;
+        *(Lanes *)(s->shift + at) = zero;
+        *(Lanes *)(s->tmin + at) = lanes_max(zero, tmin - off);
+        *(Lanes *)(s->tmin_up + at) = tmin + off;
+        *(Lanes *)(s->tmax + at) = tmax + end_off;
+        *(Lanes *)(s->end_down + at) = lanes_pick(ends, tmax - end_off, most);
+        *(Lanes *)(s->best_low + at) = most;
         *(LanesInt *)(w->object + at) = lanes_set_int(HIT_NONE);
         for (int a = 0; a < 3; a++) space_slabs(s, a, SLAB_PARALLEL, at);
     }
     return true;
 }
 
-/* Ten roundings of 2^-24: the map's entry, the coordinate, the product, three sums, and four to spare. */
-#define OBJECT_MARGIN (10 * FLOAT_ROUNDOFF)
+/* Directions below this share of the map's size count as this: over the way through the world it moves a point by less
+ * than a double's rounding. */
+#define OBJECT_PARALLEL 0x1p-60f
 
-/* Directions below this share of the map's size count as this: it moves a point by less than the margin. */
-#define OBJECT_PARALLEL 0x1p-32f
+/* What the double-precision map of a ray may be off, relative to the terms of its sums: the entry of the map, the product,
+ * three sums, the shift, and two to spare, 2^-53 each. */
+#define MAP_ROUNDOFF 0x1p-50f
 
-/* The rays in an object's own space, t unchanged, and which of them meet its box there: that fits a turned object better
- * than the one in the tree. */
+typedef struct { float lo[3], hi[3], reach; } ObjectBox;
+
+static ObjectBox object_box(const Object *object)
+{
+    Box b = object->prim->ops->bounds(object->prim);
+    ObjectBox f = {.reach = slab_up((float)box_reach(b))};
+    for (int a = 0; a < 3; a++) {
+        f.lo[a] = slab_down((float)vec3_get(b.lo, a));
+        f.hi[a] = slab_up((float)vec3_get(b.hi, a));
+    }
+    return f;
+}
+
+/* The rays in an object's own space, mapped in double, t unchanged, and which of them meet its box there: that fits a
+ * turned object better than the one in the tree. Their origins are moved to where they meet it, so that what follows,
+ * in float, is as fine as the object is small, and not as the world is large. */
 static uint64_t object_space(const Walk *w, const Object *object, uint64_t rays, Space *s)
 {
     const Space *from = &w->space;
-    Box bounds = object->prim->ops->bounds(object->prim);
-    float m[3][4], lo[3], hi[3], least_d[3], reach = 0, most = 0, box_reach_f = slab_up((float)box_reach(bounds));
-    float way = from->reach + w->world_reach;  /* no t within the world is greater, nor half a coordinate */
+    const double (*m)[4] = object->to_object.m;
+    ObjectBox box = object_box(object);
+    float least_d[3], far = 0, most = 0, way = from->reach + w->world_reach;
     for (int a = 0; a < 3; a++) {
-        float size = 0;
-        for (int j = 0; j < 4; j++) m[a][j] = (float)object->to_object.m[a][j];
-        for (int j = 0; j < 3; j++) size += fabsf(m[a][j]);
-        reach = fmaxf(reach, size * from->reach + fabsf(m[a][3]));
+        float size = (float)(fabs(m[a][0]) + fabs(m[a][1]) + fabs(m[a][2]));
+        far = fmaxf(far, size * from->reach + (float)fabs(m[a][3]));
         most = fmaxf(most, size);
-        least_d[a] = OBJECT_PARALLEL * size;
-        lo[a] = slab_down((float)vec3_get(bounds.lo, a));
-        hi[a] = slab_up((float)vec3_get(bounds.hi, a));
+        least_d[a] = fmaxf(OBJECT_PARALLEL * size, 0x1p-100f);
     }
-    s->reach = reach * (1 + OBJECT_MARGIN);
-    s->d_most = 2 * most * (1 + OBJECT_MARGIN);
-    s->o_err = OBJECT_MARGIN * reach;
-    s->d_err = OBJECT_MARGIN * s->d_most;
-    s->slack = PLANE_SLACK * (s->reach + box_reach_f) + s->o_err + 2 * way * s->d_err;
+    s->d_most = 2 * slab_up(most);
+    s->d_err = FLOAT_ROUNDOFF * s->d_most;
+    float map_err = MAP_ROUNDOFF * (far + 2 * way * s->d_most);
+    s->slack = PLANE_SLACK * (far + box.reach) + map_err;
     uint64_t met = 0;
+    Lanes reach = lanes_set(0);
     for (uint32_t at = 0; at < w->count; at += LANES) {
         if (!(rays >> at & LANE_BITS)) continue;
-        Lanes enter = at_lane(w->tmin, at), leave = at_lane(w->tmax, at);
+        _Alignas(64) double o[3][LANES], d[3][LANES];
+        for (uint32_t k = 0; k < LANES; k += DOUBLES)
+            for (int a = 0; a < 3; a++) {
+                Doubles sum = doubles_set(m[a][3]), way_d = doubles_set(m[a][0]) * *(const Doubles *)(w->d[0] + at + k);
+                for (int j = 0; j < 3; j++) sum = sum + doubles_set(m[a][j]) * *(const Doubles *)(w->o[j] + at + k);
+                for (int j = 1; j < 3; j++) way_d = way_d + doubles_set(m[a][j]) * *(const Doubles *)(w->d[j] + at + k);
+                *(Doubles *)(o[a] + k) = sum;
+                *(Doubles *)(d[a] + k) = way_d;
+                doubles_to_floats(s->o[a] + at + k, sum);
+                doubles_to_floats(s->d[a] + at + k, way_d);
+            }
+        Lanes enter = at_lane(from->tmin, at), leave = at_lane(from->tmax, at);
         for (int a = 0; a < 3; a++) {
-            Lanes o = lanes_set(m[a][3]), d = lanes_set(m[a][0]) * at_lane(from->d[0], at);
-            for (int j = 0; j < 3; j++) o = lanes_fma(lanes_set(m[a][j]), at_lane(from->o[j], at), o);
-            for (int j = 1; j < 3; j++) d = lanes_fma(lanes_set(m[a][j]), at_lane(from->d[j], at), d);
-            *(Lanes *)(s->o[a] + at) = o;
-            *(Lanes *)(s->d[a] + at) = d;
             space_slabs(s, a, least_d[a], at);
-            Lanes r = at_lane(s->r[a], at), near_c = at_lane(s->near_c[a], at), far_c = at_lane(s->far_c[a], at);
-            Lanes x = lanes_set(lo[a]) * r, y = lanes_set(hi[a]) * r;
-            enter = lanes_max(enter, lanes_min(x, y) - near_c);
-            leave = lanes_min(leave, lanes_max(x, y) - far_c);
+            Lanes r = at_lane(s->r[a], at), x = lanes_set(box.lo[a]) * r, y = lanes_set(box.hi[a]) * r;
+            enter = lanes_max(enter, lanes_min(x, y) - at_lane(s->near_c[a], at));
+            leave = lanes_min(leave, lanes_max(x, y) - at_lane(s->far_c[a], at));
         }
-        met |= (uint64_t)mask_bits(lanes_le(enter, leave)) << at;
+        Mask in = lanes_le(enter, leave);
+        uint64_t bits = (uint64_t)mask_bits(in) << at & rays;
+        if (!bits) continue;
+        met |= bits;
+        Lanes shift = lanes_pick(in, enter, lanes_set(0));
+        *(Lanes *)(s->shift + at) = shift;
+        for (uint32_t k = 0; k < LANES; k += DOUBLES)
+            for (int a = 0; a < 3; a++)
+                doubles_to_floats(s->o[a] + at + k, *(Doubles *)(o[a] + k) + doubles_of_floats(s->shift + at + k) * *(Doubles *)(d[a] + k));
+        for (int a = 0; a < 3; a++) reach = lanes_max(reach, lanes_pick(in, lanes_abs(at_lane(s->o[a], at)), reach));
+        /* t - shift has one rounding */
+        Lanes tmin = at_lane(from->tmin, at) - shift, tmin_up = at_lane(from->tmin_up, at) - shift;
+        Lanes tmax = at_lane(from->tmax, at) - shift, end = at_lane(from->end_down, at) - shift;
+        Lanes low = at_lane(from->best_low, at) - shift, ulp = lanes_set(0x1p-23f), back = lanes_set(-0x1p-23f);
+        *(Lanes *)(s->tmin + at) = lanes_fma(lanes_abs(tmin), back, tmin);
+        *(Lanes *)(s->tmin_up + at) = lanes_fma(lanes_abs(tmin_up), ulp, tmin_up);
+        *(Lanes *)(s->tmax + at) = lanes_fma(lanes_abs(tmax), ulp, tmax);
+        *(Lanes *)(s->end_down + at) = lanes_pick(lanes_lt(end, lanes_set(INFINITY)), lanes_fma(lanes_abs(end), back, end), end);
+        *(Lanes *)(s->best_low + at) = lanes_pick(lanes_lt(low, lanes_set(INFINITY)), lanes_fma(lanes_abs(low), back, low), low);
     }
-    return met & rays;
+    if (!met) return 0;
+    s->reach = slab_up(lanes_greatest(reach));
+    s->o_err = FLOAT_ROUNDOFF * s->reach + map_err;
+    s->slack = PLANE_SLACK * (s->reach + box.reach) + map_err;
+    for (uint32_t at = 0; at < w->count; at += LANES)
+        for (int a = 0; a < 3; a++)
+            if (met >> at & LANE_BITS) space_slabs(s, a, least_d[a], at);
+    return met;
+}
+
+/* What was found in an object's space becomes known in the world's. */
+static void leave_space(Walk *w, const Space *s, uint32_t index, uint64_t rays)
+{
+    for (; rays; rays &= rays - 1) {
+        uint32_t i = (uint32_t)__builtin_ctzll(rays);
+        if (w->object[i] != index) continue;
+        w->space.tmax[i] = slab_up(s->tmax[i] + s->shift[i]);
+        w->space.best_low[i] = slab_down(s->best_low[i] + s->shift[i]);
+    }
 }
 
 /* ---- hits in double ---- */
@@ -255,11 +314,11 @@ static void settle(Walk *w, uint32_t i)
     w->exact |= (uint64_t)1 << i;
 }
 
-/* A hit in double that may be the nearest. Of equal t that of the least object, then the least part, counts. */
-static void offer(Walk *w, uint32_t i, const Hit *hit)
+/* A hit in double, found in s, that may be the nearest. Of equal t that of the least object, then the least part, counts. */
+static void offer(Walk *w, Space *s, uint32_t i, const Hit *hit)
 {
-    float t = (float)(hit->t * w->per_scale[i]);
-    if (w->object[i] != HIT_NONE && slab_up(t) >= w->best_low[i]) {
+    float t = (float)(hit->t * w->per_scale[i] - (double)s->shift[i]);
+    if (w->object[i] != HIT_NONE && slab_up(t) >= s->best_low[i]) {
         settle(w, i);
         const Hit *best = &w->hit[i];
         if (hit->t > best->t) return;
@@ -271,8 +330,8 @@ static void offer(Walk *w, uint32_t i, const Hit *hit)
     w->object[i] = hit->object;
     w->triangle[i] = hit->part;
     w->exact |= (uint64_t)1 << i;
-    w->tmax[i] = slab_up(t);
-    w->best_low[i] = slab_down(t);
+    s->tmax[i] = slab_up(t);
+    s->best_low[i] = slab_down(t);
 }
 
 /* ---- triangles ---- */
@@ -280,7 +339,7 @@ static void offer(Walk *w, uint32_t i, const Hit *hit)
 /* What a walk over the triangles of one object needs. */
 typedef struct {
     Walk *w;
-    const Space *space;
+    Space *space;
     const MeshPrim *mesh;
     uint32_t object;
     Margins margins;
@@ -297,14 +356,14 @@ static void decide(const Target *g, uint32_t i, uint32_t triangle)
     if (g->any)
         w->alive &= ~((uint64_t)1 << i);
     else
-        offer(w, i, &hit);
+        offer(w, g->space, i, &hit);
 }
 
 /* Many rays against a block, one triangle after the other. */
 static inline __attribute__((always_inline)) void block_by_triangles(const Target *g, const MeshBlock *b, uint64_t rays)
 {
     Walk *w = g->w;
-    const Space *s = g->space;
+    Space *s = g->space;
     for (uint32_t j = 0; j < b->count; j++) {
         float e1[3], e2[3], n[3];
         for (int a = 0; a < 3; a++) {
@@ -336,7 +395,7 @@ static inline __attribute__((always_inline)) void block_by_triangles(const Targe
             Mask left = mask_without(mask_of(active), mask_and(sided, miss));
             if (!mask_bits(left)) continue;
             Lanes t_num = lanes_flip(lanes_fma(cx, lanes_set(n[0]), lanes_fma(cy, lanes_set(n[1]), cz * lanes_set(n[2]))), sign);
-            Lanes tmax = at_lane(w->tmax, at), tmin = at_lane(w->tmin, at);
+            Lanes tmax = at_lane(s->tmax, at), tmin = at_lane(s->tmin, at);
             Mask late = mask_or(lanes_lt(lanes_fma(tmax, size, lanes_fma(tmax, lanes_set(md), lanes_set(mt))), t_num),
                                 lanes_lt(t_num, lanes_fms(tmin, size, lanes_fma(tmin, lanes_set(md), lanes_set(mt)))));
             left = mask_without(left, mask_and(sided, late));
@@ -346,16 +405,16 @@ static inline __attribute__((always_inline)) void block_by_triangles(const Targe
             Lanes t_low = t - t_err, t_high = t + t_err;
             Mask sure = mask_and(mask_and(lanes_lt(lanes_set(mu), u), lanes_lt(minus_v, lanes_set(-mu))),
                                  lanes_lt(sum, size - lanes_set(2 * mu + md)));
-            sure = mask_and(mask_and(left, sure), mask_and(lanes_lt(at_lane(w->tmin_up, at), t_low),
-                                                           lanes_lt(t_high, at_lane(w->end_down, at))));
+            sure = mask_and(mask_and(left, sure), mask_and(lanes_lt(at_lane(s->tmin_up, at), t_low),
+                                                           lanes_lt(t_high, at_lane(s->end_down, at))));
             if (g->any) {
                 w->alive &= ~((uint64_t)mask_bits(sure) << at);
                 rays &= ~((uint64_t)mask_bits(sure) << at);
             } else {
-                Lanes best_low = at_lane(w->best_low, at);
+                Lanes best_low = at_lane(s->best_low, at);
                 sure = mask_and(sure, lanes_lt(t_high, best_low));
-                *(Lanes *)(w->tmax + at) = lanes_pick(sure, t_high, tmax);
-                *(Lanes *)(w->best_low + at) = lanes_pick(sure, t_low, best_low);
+                *(Lanes *)(s->tmax + at) = lanes_pick(sure, t_high, tmax);
+                *(Lanes *)(s->best_low + at) = lanes_pick(sure, t_low, best_low);
                 LanesInt *object = (LanesInt *)(w->object + at), *triangle = (LanesInt *)(w->triangle + at);
                 *object = lanes_pick_int(sure, lanes_set_int(g->object), *object);
                 *triangle = lanes_pick_int(sure, lanes_set_int(b->triangle[j]), *triangle);
@@ -372,7 +431,7 @@ static inline __attribute__((always_inline)) void block_by_triangles(const Targe
 static inline __attribute__((always_inline)) bool block_by_rays(const Target *g, const MeshBlock *b, uint32_t i)
 {
     Walk *w = g->w;
-    const Space *s = g->space;
+    Space *s = g->space;
     Four dx = four_set(s->d[0][i]), dy = four_set(s->d[1][i]), dz = four_set(s->d[2][i]);
     Four e1x = four_load(b->e1[0]), e1y = four_load(b->e1[1]), e1z = four_load(b->e1[2]);
     Four e2x = four_load(b->e2[0]), e2y = four_load(b->e2[1]), e2z = four_load(b->e2[2]);
@@ -388,7 +447,7 @@ static inline __attribute__((always_inline)) bool block_by_rays(const Target *g,
     Four md = four_fma(four_set(g->margins.det), edge2, tiny), mt = four_fma(four_set(g->margins.t), edge2, tiny);
     Four rim = four_fma(four_set(2), mu, md), zero = four_set(0);
     Four t_num = four_flip(four_fma(cx, nx, four_fma(cy, ny, cz * nz)), sign);
-    Four tmax = four_set(w->tmax[i]), tmin = four_set(w->tmin[i]);
+    Four tmax = four_set(s->tmax[i]), tmin = four_set(s->tmin[i]);
     uint32_t miss = four_lt(u, zero - mu) | four_lt(mu, minus_v) | four_lt(size + rim, sum);
     miss |= four_lt(four_fma(tmax, size, four_fma(tmax, md, mt)), t_num);
     miss |= four_lt(t_num, four_fms(tmin, size, four_fma(tmin, md, mt)));
@@ -401,18 +460,18 @@ static inline __attribute__((always_inline)) bool block_by_rays(const Target *g,
     *(Four *)t_high = t + t_err;
     for (; left; left &= left - 1) {
         uint32_t j = (uint32_t)__builtin_ctz(left);
-        bool sure = (inside >> j & 1) && t_low[j] > w->tmin_up[i] && t_high[j] < w->end_down[i];
+        bool sure = (inside >> j & 1) && t_low[j] > s->tmin_up[i] && t_high[j] < s->end_down[i];
         if (sure && g->any) {
             w->alive &= ~((uint64_t)1 << i);
             return false;
         }
-        if (sure && t_high[j] < w->best_low[i]) {
-            w->tmax[i] = t_high[j];
-            w->best_low[i] = t_low[j];
+        if (sure && t_high[j] < s->best_low[i]) {
+            s->tmax[i] = t_high[j];
+            s->best_low[i] = t_low[j];
             w->object[i] = g->object;
             w->triangle[i] = b->triangle[j];
             w->exact &= ~((uint64_t)1 << i);
-        } else if (!(t_low[j] > w->tmax[i])) {
+        } else if (!(t_low[j] > s->tmax[i])) {
             decide(g, i, b->triangle[j]);
             if (g->any && !(w->alive >> i & 1)) return false;
         }
@@ -433,8 +492,7 @@ typedef struct {
     uint32_t child[SLAB_STACK + 8];
 } Turn;
 
-static inline __attribute__((always_inline)) void turn_start(Turn *turn, const Walk *w, const Space *s, uint32_t i,
-                                                             uint32_t start)
+static inline __attribute__((always_inline)) void turn_start(Turn *turn, const Space *s, uint32_t i, uint32_t start)
 {
     uint32_t octant = 0;
     for (int a = 0; a < 3; a++) {
@@ -447,7 +505,7 @@ static inline __attribute__((always_inline)) void turn_start(Turn *turn, const W
     turn->now = start;
     turn->reverse = octant >> 2;
     turn->octant = turn->reverse ? octant ^ 7 : octant;
-    turn->tmax = w->tmax[i];
+    turn->tmax = s->tmax[i];
 }
 
 /* The next that waits becomes the present one; false if there is none. */
@@ -459,9 +517,9 @@ static inline bool turn_pop(Turn *turn)
 }
 
 /* Takes out what begins beyond the nearest hit, then goes on with the next. */
-static inline bool turn_next(Turn *turn, const Walk *w)
+static inline bool turn_next(Turn *turn, const Space *s)
 {
-    float tmax = w->tmax[turn->ray];
+    float tmax = s->tmax[turn->ray];
     if (tmax < turn->tmax) {
         uint32_t kept = 0;
         for (uint32_t at = 0; at < turn->top; at += 8)
@@ -474,7 +532,7 @@ static inline bool turn_next(Turn *turn, const Walk *w)
 }
 
 /* Goes on from an inner node; false at the end of the way. */
-static inline __attribute__((always_inline)) bool turn_node(Turn *turn, const Bvh *bvh, const Walk *w, const Space *s)
+static inline __attribute__((always_inline)) bool turn_node(Turn *turn, const Bvh *bvh, const Space *s)
 {
     const BvhNode *node = &bvh->node[turn->now];
     const float *plane = node->lo[0];
@@ -484,7 +542,7 @@ static inline __attribute__((always_inline)) bool turn_node(Turn *turn, const Bv
     Eight x = eight_fms(eight_load(plane + at[0]), rx, eight_set(s->near_c[0][i]));
     Eight y = eight_fms(eight_load(plane + at[1]), ry, eight_set(s->near_c[1][i]));
     Eight z = eight_fms(eight_load(plane + at[2]), rz, eight_set(s->near_c[2][i]));
-    Eight enter = eight_max(eight_max(x, y), eight_max(z, eight_set(w->tmin[i])));
+    Eight enter = eight_max(eight_max(x, y), eight_max(z, eight_set(s->tmin[i])));
     x = eight_fms(eight_load(plane + 24 - at[0]), rx, eight_set(s->far_c[0][i]));
     y = eight_fms(eight_load(plane + 40 - at[1]), ry, eight_set(s->far_c[1][i]));
     z = eight_fms(eight_load(plane + 56 - at[2]), rz, eight_set(s->far_c[2][i]));
@@ -495,17 +553,17 @@ static inline __attribute__((always_inline)) bool turn_node(Turn *turn, const Bv
 }
 
 /* Visits the leaves below `start` that ray i meets, roughly nearer ones first, until one returns false. */
-static inline __attribute__((always_inline)) bool walk_alone(const Bvh *bvh, const Walk *w, const Space *s, uint32_t i,
+static inline __attribute__((always_inline)) bool walk_alone(const Bvh *bvh, const Space *s, uint32_t i,
                                                              uint32_t start, bool (*leaf)(void *, uint32_t, uint32_t),
                                                              void *context)
 {
     Turn turn;
-    turn_start(&turn, w, s, i, start);
+    turn_start(&turn, s, i, start);
     for (;;) {
         if (turn.now & BVH_LEAF) {
             if (!leaf(context, turn.now & ~BVH_LEAF, i)) return false;
-            if (!turn_next(&turn, w)) return true;
-        } else if (!turn_node(&turn, bvh, w, s)) {
+            if (!turn_next(&turn, s)) return true;
+        } else if (!turn_node(&turn, bvh, s)) {
             return true;
         }
     }
@@ -525,8 +583,8 @@ static inline __attribute__((always_inline)) bool turn_step(Turn *turn, const Ta
 {
     const MeshPrim *mesh = g->mesh;
     if (turn->now & BVH_LEAF) {
-        if (!block_by_rays(g, &mesh->block[turn->now & ~BVH_LEAF], turn->ray) || !turn_next(turn, g->w)) return false;
-    } else if (!turn_node(turn, &mesh->bvh, g->w, g->space)) {
+        if (!block_by_rays(g, &mesh->block[turn->now & ~BVH_LEAF], turn->ray) || !turn_next(turn, g->space)) return false;
+    } else if (!turn_node(turn, &mesh->bvh, g->space)) {
         return false;
     }
     const char *next = turn->now & BVH_LEAF ? (const char *)&mesh->block[turn->now & ~BVH_LEAF]
@@ -540,12 +598,12 @@ static inline __attribute__((always_inline)) void walk_by_turns(const Target *g,
     Turn turn[TURNS_MOST];
     uint32_t n = 0;
     for (; n < turns && rays; rays &= rays - 1)
-        turn_start(&turn[n++], g->w, g->space, (uint32_t)__builtin_ctzll(rays), g->mesh->bvh.root);
+        turn_start(&turn[n++], g->space, (uint32_t)__builtin_ctzll(rays), g->mesh->bvh.root);
     while (n > 0)
         for (uint32_t k = 0; k < n; k++) {
             if (turn_step(&turn[k], g)) continue;
             if (rays) {
-                turn_start(&turn[k], g->w, g->space, (uint32_t)__builtin_ctzll(rays), g->mesh->bvh.root);
+                turn_start(&turn[k], g->space, (uint32_t)__builtin_ctzll(rays), g->mesh->bvh.root);
                 rays &= rays - 1;
             } else {
                 if (k < --n) turn[k--] = turn[n];
@@ -629,11 +687,11 @@ static inline __attribute__((always_inline)) uint64_t packet_lanes(const Walk *w
         Lanes x = lanes_fms(near[0], at_lane(s->r[0], at), at_lane(s->near_c[0], at));
         Lanes y = lanes_fms(near[1], at_lane(s->r[1], at), at_lane(s->near_c[1], at));
         Lanes z = lanes_fms(near[2], at_lane(s->r[2], at), at_lane(s->near_c[2], at));
-        Lanes enter = lanes_max(lanes_max(x, y), lanes_max(z, at_lane(w->tmin, at)));
+        Lanes enter = lanes_max(lanes_max(x, y), lanes_max(z, at_lane(s->tmin, at)));
         x = lanes_fms(far[0], at_lane(s->r[0], at), at_lane(s->far_c[0], at));
         y = lanes_fms(far[1], at_lane(s->r[1], at), at_lane(s->far_c[1], at));
         z = lanes_fms(far[2], at_lane(s->r[2], at), at_lane(s->far_c[2], at));
-        Lanes leave = lanes_min(lanes_min(x, y), lanes_min(z, at_lane(w->tmax, at)));
+        Lanes leave = lanes_min(lanes_min(x, y), lanes_min(z, at_lane(s->tmax, at)));
         met |= (uint64_t)mask_bits(lanes_le(enter, leave)) << at;
     }
     return met & rays;
@@ -655,10 +713,13 @@ static inline void prefetch_child(const Bvh *bvh, const MeshBlock *block, uint32
 /* A subtree or leaf that waits for its turn, with the rays that meet it. */
 typedef struct { uint64_t rays; float entry; uint32_t child; } PacketTask;
 
-static inline float packet_tmax(const Walk *w)
+static inline float packet_tmax(const Space *s, uint64_t rays)
 {
-    Lanes most = at_lane(w->tmax, 0);
-    for (uint32_t at = LANES; at < w->count; at += LANES) most = lanes_max(most, at_lane(w->tmax, at));
+    Lanes most = lanes_set(-INFINITY);
+    for (uint32_t at = 0; at < GROUP; at += LANES) {
+        uint32_t bits = (uint32_t)(rays >> at) & LANE_BITS;
+        if (bits) most = lanes_max(most, lanes_pick(mask_of(bits), at_lane(s->tmax, at), most));
+    }
     return lanes_greatest(most);
 }
 
@@ -670,9 +731,9 @@ static inline __attribute__((always_inline)) void walk_packet(const Bvh *bvh, Wa
 {
     PacketTask stack[SLAB_STACK];
     uint32_t top = 0;
-    float tmax = packet_tmax(w), tmin = INFINITY;
+    float tmax = packet_tmax(s, rays), tmin = INFINITY;
     for (uint64_t left = rays; left; left &= left - 1) {
-        float t = w->tmin[__builtin_ctzll(left)];
+        float t = s->tmin[__builtin_ctzll(left)];
         tmin = t < tmin ? t : tmin;
     }
     stack[top++] = (PacketTask){rays, 0, bvh->root};
@@ -682,13 +743,13 @@ static inline __attribute__((always_inline)) void walk_packet(const Bvh *bvh, Wa
         if (!now.rays || now.entry > tmax) continue;
         if (now.child & BVH_LEAF) {
             leaf(context, now.child & ~BVH_LEAF, now.rays);
-            tmax = packet_tmax(w);
+            tmax = packet_tmax(s, rays);
             continue;
         }
         if (__builtin_popcountll(now.rays) <= FEW) {
             for (; now.rays; now.rays &= now.rays - 1)
-                walk_alone(bvh, w, s, (uint32_t)__builtin_ctzll(now.rays), now.child, leaf_alone, context);
-            tmax = packet_tmax(w);
+                walk_alone(bvh, s, (uint32_t)__builtin_ctzll(now.rays), now.child, leaf_alone, context);
+            tmax = packet_tmax(s, rays);
             continue;
         }
         const BvhNode *node = &bvh->node[now.child];
@@ -735,7 +796,7 @@ static void at_mesh(Walk *w, uint32_t index, const MeshPrim *mesh, Space *s, uin
     }
     if (!coherent || __builtin_popcountll(rays) <= FEW) {
         for (; rays; rays &= rays - 1)
-            walk_alone(&mesh->bvh, w, s, (uint32_t)__builtin_ctzll(rays), mesh->bvh.root, block_leaf_alone, &g);
+            walk_alone(&mesh->bvh, s, (uint32_t)__builtin_ctzll(rays), mesh->bvh.root, block_leaf_alone, &g);
         return;
     }
     if (s == &w->space) {
@@ -765,7 +826,7 @@ static void at_prim(Walk *w, uint32_t index, uint64_t rays, bool any)
             if (w->exact >> i & 1) local.tmax = w->hit[i].t;
             if (!ops->intersect(object->prim, &local, &hit, w->scratch)) continue;
             hit.object = index;
-            offer(w, i, &hit);
+            offer(w, &w->space, i, &hit);
         }
     }
 }
@@ -784,9 +845,10 @@ static inline __attribute__((always_inline)) void at_object(Walk *w, uint32_t in
     Space s;
     rays = object_space(w, object, rays, &s);
     if (!rays) return;
-    if (mesh)
+    if (mesh) {
         at_mesh(w, index, mesh, &s, rays, coherent, any);
-    else
+        if (!any) leave_space(w, &s, index, rays);
+    } else
         at_prim(w, index, rays, any);
 }
 
@@ -848,9 +910,9 @@ static inline __attribute__((always_inline)) void trace(Walk *w, bool any)
     }
     for (uint32_t i = 0; i < w->count; i++) {
         if (any)
-            walk_alone(bvh, w, &w->space, i, bvh->root, any_object_alone, w);
+            walk_alone(bvh, &w->space, i, bvh->root, any_object_alone, w);
         else
-            walk_alone(bvh, w, &w->space, i, bvh->root, nearest_object_alone, w);
+            walk_alone(bvh, &w->space, i, bvh->root, nearest_object_alone, w);
     }
 }
 
