@@ -7,6 +7,7 @@
 
 #include "common/colour.h"
 #include "common/err.h"
+#include "common/picture.h"
 #include "common/vec.h"
 #include "node/light.h"
 #include "node/node.h"
@@ -29,10 +30,6 @@ typedef struct {
 } RenderOptions;
 
 enum { DEFAULT_SAMPLES = 9, DEFAULT_MAX_DEPTH = 4, MAX_SAMPLES = 65536, MAX_MAX_DEPTH = 1000 };
-
-/* Pictures: each side at most MAX_SIDE, area at most MAX_AREA. */
-#define MAX_SIDE 65535u
-#define MAX_AREA (1u << 28)
 
 typedef struct {
     Scene *scene;
