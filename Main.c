@@ -243,7 +243,8 @@ static bool set_tolerance(CommandLine *line, const char *value, Err *err)
 static bool set_max_share(CommandLine *line, const char *value, Err *err)
 {
     line->has_max_share = true;
-    return parse_real(value, 100, &line->compare.max_share) || bad_value("--max-share", value, "percent from 0 to 100", err);
+    return parse_real(value, 100, &line->compare.max_share) ||
+           bad_value("--max-share", value, "percent from 0 to 100", err);
 }
 
 static bool set_edges(CommandLine *line, const char *value, Err *err)

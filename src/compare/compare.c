@@ -149,8 +149,8 @@ void compare_text(const Comparison *r, const CompareSettings *s, char *text, siz
     append(&text, &size, "FLIP      %.6g\n", r->flip);
     append(&text, &size, "greatest  %.6g, %.6g level%s", r->max_diff, r->max_diff * LEVELS, plural(r->max_diff * LEVELS));
     if (r->max_diff > 0) append(&text, &size, ", at %" PRIu32 ",%" PRIu32, r->max_x, r->max_y);
-    append(&text, &size, "\ndiffering %" PRIu64 " of %" PRIu64 " pixels, %.3f %%, by more than %.6g level%s\n", r->differing,
-           r->pixels, shown_percent(r), s->tolerance, plural(s->tolerance));
+    append(&text, &size, "\ndiffering %" PRIu64 " of %" PRIu64 " pixels, %.3f %%, by more than %.6g level%s\n",
+           r->differing, r->pixels, shown_percent(r), s->tolerance, plural(s->tolerance));
 }
 
 bool compare_passes(const Comparison *r, const CompareSettings *s, char *text, size_t size)
@@ -159,13 +159,15 @@ bool compare_passes(const Comparison *r, const CompareSettings *s, char *text, s
     bool share = share_percent(r) <= s->max_share, edges = r->stray == 0;
     if (size > 0) *text = '\0';
     if (!rmse) append(&text, &size, "fails: RMSE %.6g is more than %.6g\n", r->rmse, s->max_rmse);
-    if (!greatest) append(&text, &size, "fails: the greatest difference %.6g is more than %.6g\n", r->max_diff, s->max_diff);
+    if (!greatest)
+        append(&text, &size, "fails: the greatest difference %.6g is more than %.6g\n", r->max_diff, s->max_diff);
     if (!share)
-        append(&text, &size, "fails: %" PRIu64 " pixels, %.3f %%, differ by more than %.6g level%s; %.6g %% may\n",
-               r->differing, shown_percent(r), s->tolerance, plural(s->tolerance), s->max_share);
+        append(&text, &size, "fails: %" PRIu64 " pixel%s, %.3f %%, differ%s by more than %.6g level%s; %.6g %% may\n",
+               r->differing, plural((double)r->differing), shown_percent(r), r->differing == 1 ? "s" : "", s->tolerance,
+               plural(s->tolerance), s->max_share);
     if (!edges)
-        append(&text, &size, "fails: %" PRIu64 " differing pixel%s not near an edge, the first at %" PRIu32 ",%" PRIu32 "\n",
-               r->stray, plural((double)r->stray), r->stray_x, r->stray_y);
+        append(&text, &size, "fails: %" PRIu64 " differing pixel%s not near an edge, the first at %" PRIu32 ",%" PRIu32
+               "\n", r->stray, plural((double)r->stray), r->stray_x, r->stray_y);
     return rmse && greatest && share && edges;
 }
 

@@ -1,6 +1,6 @@
-/* Two pipelines. Colour: the picture, in an opponent space that is linear in light (YCxCz), is blurred as the eye's contrast
- * sensitivities do it, clamped to the colours of the screen, taken to CIELAB, Hunt-adjusted; the HyAB distance is mapped to
- * [0,1]. Features: edges and points of luminance are found by derivatives of a Gaussian. A difference of features makes the
+/* Two pipelines. Colour: the picture, in an opponent space that is linear in light (YCxCz), is blurred as the eye's
+ * contrast sensitivities do it, clamped to the colours of the screen, taken to CIELAB, Hunt-adjusted; the HyAB distance is
+ * mapped to [0,1]. Features: edges and points of luminance are found by derivatives of a Gaussian. A difference of features makes the
  * exponent of the difference of colours smaller, and so the result greater. Numbers of sections are the paper's.
  *
  * All filters are separable, or the sum of two that are, so they go along x first and along y then. */
@@ -20,7 +20,8 @@ static const double PIXELS_PER_DEGREE = 3840 * PI / 180;  /* 67.02 */
 /* Section 4.1: a channel's sensitivity is a1 sqrt(pi/b1) exp(-pi^2 d^2 / b1) + a2 (the same with b2), d in degrees. */
 typedef struct { double a1, b1, a2, b2; } Sensitivity;
 
-static const Sensitivity ACHROMATIC = {1, 0.0047, 0, 1}, RED_GREEN = {1, 0.0053, 0, 1}, BLUE_YELLOW = {34.1, 0.04, 13.5, 0.025};
+static const Sensitivity ACHROMATIC = {1, 0.0047, 0, 1}, RED_GREEN = {1, 0.0053, 0, 1};
+static const Sensitivity BLUE_YELLOW = {34.1, 0.04, 13.5, 0.025};
 
 /* Section 4.2: width of the feature detectors, in degrees. */
 static const double FEATURE_WIDTH = 0.082;

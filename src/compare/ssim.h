@@ -5,9 +5,10 @@
 
 #include "tools/image.h"
 
-/* *value is the mean over all 11 x 11 windows that lie in the picture, Gaussian with sigma 1.5, of luma (0.299 R + 0.587 G +
- * 0.114 B of the values as they are, clamped to [0,1]): 1 for equal pictures, at least -1, symmetric. A picture with a side
- * below 11 has no window: *value is NaN. The pictures are of one size. False and *err (ERR_LIMIT) without memory. */
+/* *value is the mean over all 11 x 11 windows that lie in the picture, Gaussian with sigma 1.5, of luma (0.299 R +
+ * 0.587 G + 0.114 B of the values as they are, clamped to [0,1]): 1 for equal pictures, at least -1, symmetric. A picture
+ * with a side below 11 has no window: *value is NaN. The pictures are of one size. False and *err (ERR_LIMIT) without
+ * memory. */
 bool ssim(const Image *a, const Image *b, double *value, Err *err);
 
 #endif
