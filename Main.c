@@ -71,6 +71,7 @@ typedef struct {
 
 /* What rt can be told to do. */
 typedef struct {
+    const char *name;
     const OptionRow *rows;
     size_t row_count;
     bool (*word)(CommandLine *line, const char *word, Err *err);  /* takes a word that is no option */
@@ -79,6 +80,7 @@ typedef struct {
 } Command;
 
 typedef struct {
+    const Command *command;
     CommandLine line;
     Report *report;       /* NULL without --stats */
     StageTime clock;      /* at the end of the last stage */
@@ -416,7 +418,7 @@ static bool finish_compare(CommandLine *line, Err *err)
 }
 
 static const Command render_command = {
-    render_rows, RENDER_COUNT, set_script, finish_render,
+    "rt", render_rows, RENDER_COUNT, set_script, finish_render,
     "Usage: rt [options] scene.lua [options] [-- words for the script]\n"
     "       rt compare [options] A B      (see rt compare --help)\n"
     "Renders the pictures that a Lua scene asks for with gr.render.\n",
@@ -426,7 +428,7 @@ static const Command render_command = {
 };
 
 static const Command compare_command = {
-    compare_rows, COMPARE_COUNT, set_picture, finish_compare,
+    "rt compare", compare_rows, COMPARE_COUNT, set_picture, finish_compare,
     "Usage: rt compare [options] A B\n"
     "Prints how far two pictures of the same size, PNG or PFM, are apart: RMSE and\n"
     "PSNR of the values as they are, SSIM, FLIP at 67 pixels per degree, the greatest\n"
@@ -475,10 +477,11 @@ static void print_help(const Command *command)
     printf("\n%s", command->result);
 }
 
-static void print_error(const Err *err)
+static void print_error(const Command *command, const Err *err)
 {
-    const char *hint = err->kind == ERR_USAGE ? "; see rt --help" : "";
-    fprintf(stderr, "%s%s%s\n", place_length(err->text) ? "" : "rt: ", err->text, hint);
+    fprintf(stderr, "%s%s", place_length(err->text) ? "" : "rt: ", err->text);
+    if (err->kind == ERR_USAGE) fprintf(stderr, "; see %s --help", command->name);
+    fputc('\n', stderr);
 }
 
 static void erase_bar(App *app)
@@ -818,11 +821,11 @@ static bool run_render(App *app, Err *err)
 static bool run(App *app, int argc, char **argv, Err *err)
 {
     bool compares = argc > 1 && strcmp(argv[1], "compare") == 0;
-    const Command *command = compares ? &compare_command : &render_command;
-    if (!parse_command_line(command, argc - compares, argv + compares, &app->line, err)) return false;
+    app->command = compares ? &compare_command : &render_command;
+    if (!parse_command_line(app->command, argc - compares, argv + compares, &app->line, err)) return false;
     bool ok = true;
     if (app->line.help)
-        print_help(command);
+        print_help(app->command);
     else if (app->line.version)
         printf("rt " VERSION "\n");
     else
@@ -848,12 +851,12 @@ static void catch_signals(void)
 int main(int argc, char **argv)
 {
     Err err = {ERR_NONE, ""};
-    App app = {.line.compare = compare_defaults()};
+    App app = {.command = &render_command, .line.compare = compare_defaults()};
     catch_signals();
     app.line.include = calloc((size_t)argc + 1, sizeof *app.line.include);
     bool ok = app.line.include ? run(&app, argc, argv, &err) : err_memory(&err, "the command line");
     free(app.line.include);
     if (ok) return app.pictures_differ;
-    print_error(&err);
+    print_error(app.command, &err);
     return (int)err.kind;
 }

@@ -251,22 +251,22 @@ compares "map" 0 "$ALL" $A $B --diff "$TMP/map.png"
 is "compare: map: size" "$(size "$TMP/map.png")" 96x80
 compares "map of what fails" 1 "fails: RMSE 0.0435639 is more than 0" $A $B --max-rmse 0 --crop 0,0,96,80 --diff "$TMP/map2.png"
 check "compare: map of what fails: it is written" cmp "$TMP/map.png" "$TMP/map2.png"
-bad_compare "one picture" 2 "two pictures are compared; see rt --help" $A
-bad_compare "three pictures" 2 "two pictures are compared, not '$A' too; see rt --help" $A $B $A
-bad_compare "sizes" 2 "$A is 96 x 80 and $TMP/whole.png is 64 x 48; see rt --help" $A "$TMP/whole.png"
-bad_compare "crop beyond" 2 "--crop reaches beyond the pictures of 96 x 80; see rt --help" $A $B --crop 0,0,97,80
-bad_compare "crop" 2 "--crop must be X0,Y0,X1,Y1 with X0 < X1 and Y0 < Y1, not '5,0,5,9'; see rt --help" $A $B --crop 5,0,5,9
+bad_compare "one picture" 2 "two pictures are compared; see rt compare --help" $A
+bad_compare "three pictures" 2 "two pictures are compared, not '$A' too; see rt compare --help" $A $B $A
+bad_compare "sizes" 2 "$A is 96 x 80 and $TMP/whole.png is 64 x 48; see rt compare --help" $A "$TMP/whole.png"
+bad_compare "crop beyond" 2 "--crop reaches beyond the pictures of 96 x 80; see rt compare --help" $A $B --crop 0,0,97,80
+bad_compare "crop" 2 "--crop must be X0,Y0,X1,Y1 with X0 < X1 and Y0 < Y1, not '5,0,5,9'; see rt compare --help" $A $B --crop 5,0,5,9
 for bad in -1 nan inf 1e999 x '' 1x ' 1'; do
-    bad_compare "RMSE '$bad'" 2 "--max-rmse must be a number from 0, not '$bad'; see rt --help" $A $B --max-rmse "$bad"
-    bad_compare "difference '$bad'" 2 "--max-diff must be a number from 0, not '$bad'; see rt --help" $A $B --max-diff "$bad"
+    bad_compare "RMSE '$bad'" 2 "--max-rmse must be a number from 0, not '$bad'; see rt compare --help" $A $B --max-rmse "$bad"
+    bad_compare "difference '$bad'" 2 "--max-diff must be a number from 0, not '$bad'; see rt compare --help" $A $B --max-diff "$bad"
 done
 for bad in -1 256 x; do
-    bad_compare "tolerance '$bad'" 2 "--tolerance must be levels from 0 to 255, not '$bad'; see rt --help" $A $B --tolerance "$bad"
+    bad_compare "tolerance '$bad'" 2 "--tolerance must be levels from 0 to 255, not '$bad'; see rt compare --help" $A $B --tolerance "$bad"
 done
-bad_compare "share" 2 "--max-share must be percent from 0 to 100, not '101'; see rt --help" $A $B --max-share 101
-bad_compare "edges" 2 "--edges must be an integer from 0 to 65535, not '1.5'; see rt --help" $A $B --edges 1.5
-bad_compare "unknown option" 2 "unknown option --tolerence (did you mean --tolerance?); see rt --help" $A $B --tolerence 1
-bad_compare "an option of rendering" 2 "unknown option --samples; see rt --help" $A $B --samples 1
+bad_compare "share" 2 "--max-share must be percent from 0 to 100, not '101'; see rt compare --help" $A $B --max-share 101
+bad_compare "edges" 2 "--edges must be an integer from 0 to 65535, not '1.5'; see rt compare --help" $A $B --edges 1.5
+bad_compare "unknown option" 2 "unknown option --tolerence (did you mean --tolerance?); see rt compare --help" $A $B --tolerence 1
+bad_compare "an option of rendering" 2 "unknown option --samples; see rt compare --help" $A $B --samples 1
 bad_compare "missing" 3 "can't open $TMP/none.png: No such file or directory" $A "$TMP/none.png"
 bad_compare "no picture" 3 "$SCENE: neither a PNG nor a PFM" $A "$SCENE"
 head -c 5000 $A >"$TMP/cut.png"

@@ -1,7 +1,7 @@
 /* Two pipelines. Colour: the picture, in an opponent space that is linear in light (YCxCz), is blurred as the eye's
  * contrast sensitivities do it, clamped to the colours of the screen, taken to CIELAB, Hunt-adjusted; the HyAB distance is
- * mapped to [0,1]. Features: edges and points of luminance are found by derivatives of a Gaussian. A difference of features makes the
- * exponent of the difference of colours smaller, and so the result greater. Numbers of sections are the paper's.
+ * mapped to [0,1]. Features: edges and points of luminance are found by derivatives of a Gaussian. A difference of features
+ * makes the exponent of the difference of colours smaller, and so the result greater. Numbers of sections are the paper's.
  *
  * All filters are separable, or the sum of two that are, so they go along x first and along y then. */
 #include "compare/flip.h"

@@ -35,7 +35,7 @@ typedef struct {
     Scene *scene;
     Node *root;
     const char *where;     /* "temple.lua:41: " */
-    const char *file;      /* the PNG's path as the script gave it */
+    const char *file;      /* the picture's path as the script gave it */
     uint32_t width, height;
     Vec3 eye, view, up;    /* view is a direction; neither it nor up is 0, and they aren't parallel */
     double fov_deg;        /* the full vertical angle, in (0, 180) */
