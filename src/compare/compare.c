@@ -22,7 +22,7 @@ static const float *pixel(const Image *image, uint32_t x, uint32_t y)
     return image->rgb + 3 * ((size_t)y * image->width + x);
 }
 
-/* p / white_p - q / white_q, rounded once if neither product is: k levels of two PNGs give what k / 255 does. */
+/* |p / white_p - q / white_q|. A PNG's levels make the products exact, so that k of 255 levels give what k / 255 does. */
 static double difference(double p, double white_p, double q, double white_q)
 {
     return fabs(p * white_q - q * white_p) / (white_p * white_q);
