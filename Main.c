@@ -1,5 +1,5 @@
 /* The command line of rt: reads the options, runs the scene, and for each gr.render checks the output, compiles, renders
- * and writes. Everything that is printed is printed here. */
+ * and writes; or compares two pictures. Everything that is printed is printed here. */
 #include <errno.h>
 #include <float.h>
 #include <getopt.h>
@@ -10,20 +10,25 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
 #include "common/cpu.h"
 #include "common/err.h"
 #include "common/place.h"
+#include "compare/compare.h"
 #include "render.h"
+#include "render/film.h"
 #include "render/progress.h"
 #include "render/report.h"
 #include "scene/compile.h"
 #include "scene/job.h"
 #include "scene_lua.h"
+#include "tools/image.h"
 #include "tools/nearest.h"
 #include "tools/outfile.h"
+#include "tools/pfm.h"
 #include "tools/png.h"
 
 #define VERSION "1.0.0"
@@ -46,15 +51,43 @@ typedef struct {
     bool legacy, srgb, check, quiet;
     bool help, version;            /* were asked for */
     RenderOptions options;
+    const char *format;            /* "png", "pfm"; NULL: by the file's name */
+    unsigned bits;                 /* of a PNG's samples; 0: not given */
+    const char *picture[2];        /* rt compare */
+    int picture_count;
+    const char *diff;
+    CompareSettings compare;
+    bool has_tolerance, has_max_share;
 } CommandLine;
 
 typedef struct {
+    char letter;           /* 0: none */
+    const char *name;
+    const char *argument;  /* NULL: takes none */
+    bool (*set)(CommandLine *line, const char *value, Err *err);  /* with an argument */
+    size_t flag;           /* without: offset of the bool that it sets */
+    const char *help;      /* lines parted by newlines */
+} OptionRow;
+
+/* What rt can be told to do. */
+typedef struct {
+    const char *name;
+    const OptionRow *rows;
+    size_t row_count;
+    bool (*word)(CommandLine *line, const char *word, Err *err);  /* takes a word that is no option */
+    bool (*finish)(CommandLine *line, Err *err);                  /* judges the whole */
+    const char *usage, *result;   /* before and behind the options in its help */
+} Command;
+
+typedef struct {
+    const Command *command;
     CommandLine line;
     Report *report;       /* NULL without --stats */
     StageTime clock;      /* at the end of the last stage */
     uint32_t renders;
     Progress progress;
     bool shows_progress, bar_is_shown;
+    bool pictures_differ; /* rt compare: by more than was asked for */
 } App;
 
 /* ---- the command line ---- */
@@ -172,14 +205,64 @@ static bool set_stats(CommandLine *line, const char *value, Err *err)
     return *value || bad_value("--stats", value, "a file", err);
 }
 
-static const struct {
-    char letter;           /* 0: none */
-    const char *name;      /* NULL: none */
-    const char *argument;  /* NULL: takes none */
-    bool (*set)(CommandLine *line, const char *value, Err *err);  /* with an argument */
-    size_t flag;           /* without: offset of the bool that it sets */
-    const char *help;      /* lines parted by newlines */
-} option_rows[] = {
+static bool set_bits(CommandLine *line, const char *value, Err *err)
+{
+    return (parse_integers(value, 0, 8, 16, 1, &line->bits) && (line->bits == 8 || line->bits == 16)) ||
+           bad_value("--bits", value, "8 or 16", err);
+}
+
+static bool set_format(CommandLine *line, const char *value, Err *err)
+{
+    line->format = value;
+    return strcmp(value, "png") == 0 || strcmp(value, "pfm") == 0 || bad_value("--format", value, "png or pfm", err);
+}
+
+/* A decimal number in [0, most], and nothing else. */
+static bool parse_real(const char *text, double most, double *number)
+{
+    char *end;
+    if ((*text < '0' || *text > '9') && *text != '.') return false;
+    *number = strtod(text, &end);
+    return *end == '\0' && *number >= 0 && *number <= most;
+}
+
+static bool set_max_rmse(CommandLine *line, const char *value, Err *err)
+{
+    return parse_real(value, DBL_MAX, &line->compare.max_rmse) || bad_value("--max-rmse", value, "a number from 0", err);
+}
+
+static bool set_max_diff(CommandLine *line, const char *value, Err *err)
+{
+    return parse_real(value, DBL_MAX, &line->compare.max_diff) || bad_value("--max-diff", value, "a number from 0", err);
+}
+
+static bool set_tolerance(CommandLine *line, const char *value, Err *err)
+{
+    line->has_tolerance = true;
+    return parse_real(value, 255, &line->compare.tolerance) || bad_value("--tolerance", value, "levels from 0 to 255", err);
+}
+
+static bool set_max_share(CommandLine *line, const char *value, Err *err)
+{
+    line->has_max_share = true;
+    return parse_real(value, 100, &line->compare.max_share) ||
+           bad_value("--max-share", value, "percent from 0 to 100", err);
+}
+
+static bool set_edges(CommandLine *line, const char *value, Err *err)
+{
+    line->compare.only_edges = true;
+    return parse_integers(value, 0, 0, MAX_SIDE, 1, &line->compare.reach) ||
+           bad_value("--edges", value, "an integer from 0 to 65535", err);
+}
+
+static bool set_diff(CommandLine *line, const char *value, Err *err)
+{
+    line->diff = value;
+    return *value || bad_value("--diff", value, "a file", err);
+}
+
+static const OptionRow render_rows[] = {
     {'o', "output", "FILE", set_output, 0,
      "write the picture to FILE, not where the script\n"
      "says; further ones go to FILE-2, FILE-3, ..."},
@@ -191,7 +274,14 @@ static const struct {
     {0, "max-depth", "N", set_max_depth, 0, "greatest number of mirror bounces (4)"},
     {0, "seed", "N", set_seed, 0, "seed of the samples, never of the geometry"},
     {0, "background", "R,G,B", set_background, 0, "colour where nothing is hit"},
-    {0, "srgb", NULL, NULL, offsetof(CommandLine, srgb), "decode textures from sRGB, encode the picture"},
+    {0, "srgb", NULL, NULL, offsetof(CommandLine, srgb),
+     "decode textures from sRGB, encode the picture;\n"
+     "a PFM stays linear"},
+    {0, "bits", "8|16", set_bits, 0, "bits of each sample of a PNG (8)"},
+    {0, "format", "png|pfm", set_format, 0,
+     "what to write, whatever the name; otherwise a\n"
+     "name that ends in .pfm gets a PFM: floats, linear,\n"
+     "not clamped"},
     {'t', "threads", "N", set_threads, 0, "threads (as many as processors are allowed)"},
     {'I', "include", "DIR", set_include, 0,
      "look for inputs there too, after the script's\n"
@@ -206,53 +296,80 @@ static const struct {
     {0, "version", NULL, NULL, offsetof(CommandLine, version), "print the version"},
 };
 
-enum { OPTION_COUNT = sizeof option_rows / sizeof option_rows[0] };
+static const OptionRow compare_rows[] = {
+    {0, "crop", "X0,Y0,X1,Y1", set_crop, 0, "compare this part of both only"},
+    {0, "linear", NULL, NULL, offsetof(CommandLine, compare.linear),
+     "the values are linear light: FLIP encodes them\n"
+     "as sRGB first"},
+    {0, "max-rmse", "E", set_max_rmse, 0, "fail if RMSE is more; white is 1"},
+    {0, "max-diff", "D", set_max_diff, 0, "fail if a channel differs by more; white is 1"},
+    {0, "tolerance", "LEVELS", set_tolerance, 0,
+     "fail if a channel differs by more; white is 255.\n"
+     "Without it pixels that differ at all are counted"},
+    {0, "max-share", "PERCENT", set_max_share, 0, "let this many pixels go beyond the tolerance (0)"},
+    {0, "edges", "N", set_edges, 0,
+     "fail if one of them is further than N pixels from\n"
+     "every edge of half its difference or more"},
+    {0, "diff", "FILE", set_diff, 0,
+     "write a PNG of the differences: black where there\n"
+     "is none, over red and yellow to white for the\n"
+     "greatest, by the square root"},
+    {'q', "quiet", NULL, NULL, offsetof(CommandLine, quiet), "print nothing; the exit status tells"},
+    {'h', "help", NULL, NULL, offsetof(CommandLine, help), "print this help"},
+};
 
-static int option_key(size_t row)
+enum {
+    RENDER_COUNT = sizeof render_rows / sizeof render_rows[0],
+    COMPARE_COUNT = sizeof compare_rows / sizeof compare_rows[0],
+    MAX_ROWS = (int)RENDER_COUNT > (int)COMPARE_COUNT ? RENDER_COUNT : COMPARE_COUNT,
+};
+
+static int option_key(const Command *command, size_t row)
 {
-    return option_rows[row].letter ? option_rows[row].letter : OPTION_KEYS + (int)row;
+    return command->rows[row].letter ? command->rows[row].letter : OPTION_KEYS + (int)row;
 }
 
 /* getopt's two forms of the table. The string begins with "-:": words that are no options come as option 1, so that
  * they can be told from those after "--", and a missing value as ':'. */
-static void make_getopt_tables(struct option *longs, char *letters)
+static void make_getopt_tables(const Command *command, struct option *longs, char *letters)
 {
     *letters++ = '-';
     *letters++ = ':';
-    for (size_t i = 0; i < OPTION_COUNT; i++) {
-        int takes = option_rows[i].argument ? required_argument : no_argument;
-        longs[i] = (struct option){option_rows[i].name, takes, NULL, option_key(i)};
-        if (!option_rows[i].letter) continue;
-        *letters++ = option_rows[i].letter;
+    for (size_t i = 0; i < command->row_count; i++) {
+        const OptionRow *row = &command->rows[i];
+        int takes = row->argument ? required_argument : no_argument;
+        longs[i] = (struct option){row->name, takes, NULL, option_key(command, i)};
+        if (!row->letter) continue;
+        *letters++ = row->letter;
         if (takes == required_argument) *letters++ = ':';
     }
-    longs[OPTION_COUNT] = (struct option){NULL, 0, NULL, 0};
+    longs[command->row_count] = (struct option){NULL, 0, NULL, 0};
     *letters = '\0';
 }
 
 /* getopt has refused `word`; `key` is optopt: the letter, or the key of a long option that got a value it doesn't take,
  * or 0. */
-static bool unknown_option(const char *word, int key, Err *err)
+static bool unknown_option(const Command *command, const char *word, int key, Err *err)
 {
     if (strncmp(word, "--", 2) != 0) return err_set(err, ERR_USAGE, "unknown option -%c", key);
     size_t length = strcspn(word, "=");
     if (key != 0) return err_set(err, ERR_USAGE, "%.*s takes no value", (int)length, word);
-    const char *names[OPTION_COUNT];
+    const char *names[MAX_ROWS];
     char name[64];
-    for (size_t i = 0; i < OPTION_COUNT; i++) names[i] = option_rows[i].name;
+    for (size_t i = 0; i < command->row_count; i++) names[i] = command->rows[i].name;
     snprintf(name, sizeof name, "%.*s", (int)(length - 2), word + 2);
-    const char *near = nearest_name(name, names, OPTION_COUNT);
+    const char *near = nearest_name(name, names, command->row_count);
     if (near) return err_set(err, ERR_USAGE, "unknown option %.*s (did you mean --%s?)", (int)length, word, near);
     return err_set(err, ERR_USAGE, "unknown option %.*s", (int)length, word);
 }
 
 /* `key` is that of a row: getopt gives no other. */
-static bool set_option(CommandLine *line, int key, const char *value, Err *err)
+static bool set_option(const Command *command, CommandLine *line, int key, const char *value, Err *err)
 {
     size_t row = 0;
-    while (option_key(row) != key) row++;
-    if (option_rows[row].set) return option_rows[row].set(line, value, err);
-    *(bool *)((char *)line + option_rows[row].flag) = true;
+    while (option_key(command, row) != key) row++;
+    if (command->rows[row].set) return command->rows[row].set(line, value, err);
+    *(bool *)((char *)line + command->rows[row].flag) = true;
     return true;
 }
 
@@ -264,53 +381,107 @@ static bool set_script(CommandLine *line, const char *word, Err *err)
     return true;
 }
 
-/* Fills *line, whose `include` has room for argc folders. */
-static bool parse_command_line(int argc, char **argv, CommandLine *line, Err *err)
+static bool is_pfm_name(const char *name)
 {
-    struct option longs[OPTION_COUNT + 1];
-    char letters[2 * OPTION_COUNT + 3];
-    make_getopt_tables(longs, letters);
+    size_t length = strlen(name);
+    return length >= 4 && strcasecmp(name + length - 4, ".pfm") == 0;
+}
+
+static bool writes_pfm(const CommandLine *line, const char *file)
+{
+    return line->format ? strcmp(line->format, "pfm") == 0 : is_pfm_name(file);
+}
+
+static bool finish_render(CommandLine *line, Err *err)
+{
+    if (!line->script) return err_set(err, ERR_USAGE, "no scene is given");
+    if (line->bits && writes_pfm(line, line->output ? line->output : ""))
+        return err_set(err, ERR_USAGE, "--bits is for PNG; a PFM has 32");
+    return true;
+}
+
+static bool set_picture(CommandLine *line, const char *word, Err *err)
+{
+    if (line->picture_count == 2) return err_set(err, ERR_USAGE, "two pictures are compared, not '%s' too", word);
+    line->picture[line->picture_count++] = word;
+    return true;
+}
+
+/* Words after -- are pictures too. With a tolerance no pixel may be beyond it, unless a share is given. */
+static bool finish_compare(CommandLine *line, Err *err)
+{
+    for (int i = 0; i < line->arg_count; i++)
+        if (!set_picture(line, line->args[i], err)) return false;
+    if (line->picture_count < 2) return err_set(err, ERR_USAGE, "two pictures are compared");
+    if (line->has_tolerance && !line->has_max_share) line->compare.max_share = 0;
+    return true;
+}
+
+static const Command render_command = {
+    "rt", render_rows, RENDER_COUNT, set_script, finish_render,
+    "Usage: rt [options] scene.lua [options] [-- words for the script]\n"
+    "       rt compare [options] A B      (see rt compare --help)\n"
+    "Renders the pictures that a Lua scene asks for with gr.render.\n",
+    "Exit status: 0 done, 1 the script or the scene is wrong, 2 the command line,\n"
+    "3 the scene or a file that it names can't be read, 4 the output can't be\n"
+    "written, 5 a limit, 6 out of time.\n",
+};
+
+static const Command compare_command = {
+    "rt compare", compare_rows, COMPARE_COUNT, set_picture, finish_compare,
+    "Usage: rt compare [options] A B\n"
+    "Prints how far two pictures of the same size, PNG or PFM, are apart: RMSE and\n"
+    "PSNR of the values as they are, SSIM, FLIP at 67 pixels per degree, the greatest\n"
+    "difference, and how many pixels differ.\n",
+    "Exit status: 0 as near as asked for, 1 not, 2 the command line or pictures of\n"
+    "different sizes, 3 a picture can't be read, 4 the output can't be written,\n"
+    "5 a limit.\n",
+};
+
+/* Fills *line, whose `include` has room for argc folders. */
+static bool parse_command_line(const Command *command, int argc, char **argv, CommandLine *line, Err *err)
+{
+    struct option longs[MAX_ROWS + 1];
+    char letters[2 * MAX_ROWS + 3];
+    make_getopt_tables(command, longs, letters);
     opterr = 0;
     for (int key; (key = getopt_long(argc, argv, letters, longs, NULL)) != -1;) {
         const char *word = argv[optind - 1];
         if (key == ':') return err_set(err, ERR_USAGE, "%s needs a value", word);
-        if (key == '?') return unknown_option(word, optopt, err);
-        if (!(key == 1 ? set_script(line, optarg, err) : set_option(line, key, optarg, err))) return false;
+        if (key == '?') return unknown_option(command, word, optopt, err);
+        if (!(key == 1 ? command->word(line, optarg, err) : set_option(command, line, key, optarg, err))) return false;
         if (line->help || line->version) return true;
     }
     line->args = (const char *const *)argv + optind;
     line->arg_count = argc - optind;
-    return line->script || err_set(err, ERR_USAGE, "no scene is given");
+    return command->finish(line, err);
 }
 
 /* ---- what is printed ---- */
 
-static void print_help(void)
+static void print_help(const Command *command)
 {
-    printf("Usage: rt [options] scene.lua [options] [-- words for the script]\n"
-           "Renders the pictures that a Lua scene asks for with gr.render.\n\n"
-           "Options:\n");
-    for (size_t i = 0; i < OPTION_COUNT; i++) {
+    printf("%s\nOptions:\n", command->usage);
+    for (size_t i = 0; i < command->row_count; i++) {
+        const OptionRow *row = &command->rows[i];
         char names[64], letter[8] = "    ";
-        const char *argument = option_rows[i].argument;
-        if (option_rows[i].letter) snprintf(letter, sizeof letter, "-%c, ", option_rows[i].letter);
-        snprintf(names, sizeof names, "%s--%s %s", letter, option_rows[i].name, argument ? argument : "");
-        const char *text = option_rows[i].help;
+        if (row->letter) snprintf(letter, sizeof letter, "-%c, ", row->letter);
+        snprintf(names, sizeof names, "%s--%s %s", letter, row->name, row->argument ? row->argument : "");
+        const char *text = row->help;
         for (const char *left = names; text; left = "") {
             size_t length = strcspn(text, "\n");
             printf("  %-25s %.*s\n", left, (int)length, text);
             text = text[length] ? text + length + 1 : NULL;
         }
     }
-    printf("\nExit status: 0 done, 1 the script or the scene is wrong, 2 the command line,\n"
-           "3 the scene or a file that it names can't be read, 4 the output can't be\n"
-           "written, 5 a limit, 6 out of time.\n");
+    printf("\n%s", command->result);
 }
 
-static void print_error(const Err *err)
+static void print_error(const Command *command, const Err *err)
 {
-    const char *hint = err->kind == ERR_USAGE ? "; see rt --help" : "";
-    fprintf(stderr, "%s%s%s\n", place_length(err->text) ? "" : "rt: ", err->text, hint);
+    fprintf(stderr, "%s%s", place_length(err->text) ? "" : "rt: ", err->text);
+    if (err->kind == ERR_USAGE) fprintf(stderr, "; see %s --help", command->name);
+    fputc('\n', stderr);
 }
 
 static void erase_bar(App *app)
@@ -354,6 +525,7 @@ static bool make_settings(App *app, const RenderJob *job, RenderSettings *settin
         .seed = given & OPTION_SEED ? CHOOSE(OPTION_SEED, seed) : 0,
         .has_background = given & OPTION_BACKGROUND,
         .background = CHOOSE(OPTION_BACKGROUND, background),
+        .format = line->bits == 16 ? FILM_16 : FILM_8,
         .srgb = line->srgb,
         .progress = app->shows_progress ? show_progress : NULL,
         .progress_context = app,
@@ -447,27 +619,39 @@ static void tell_not_finite(App *app, const RenderSettings *settings, const Rend
     print_warning(app, text);
 }
 
-static uint8_t *draw(App *app, const RenderJob *job, const RenderSettings *settings, RenderReport *report, Err *err)
+static void *draw(App *app, const RenderJob *job, const RenderSettings *settings, RenderReport *report, Err *err)
 {
     World *world = compile(app, job, &report->compile, err);
     if (!world) return NULL;
-    uint8_t *pixels = malloc((size_t)report->width * report->height * 3);
+    void *film = malloc((size_t)report->width * report->height * film_pixel_bytes(settings->format));
     app->progress = progress_start(cpu_wall_s());
-    bool ok = pixels ? render(world, settings, pixels, &report->render, err) : err_memory(err, "the picture");
+    bool ok = film ? render(world, settings, film, &report->render, err) : err_memory(err, "the picture");
     erase_bar(app);
     world_destroy(world);
     if (ok) tell_not_finite(app, settings, &report->render);
-    if (ok) return pixels;
-    free(pixels);
+    if (ok) return film;
+    free(film);
     blame_call(job, err);
     return NULL;
 }
 
-static bool encode(const RenderReport *report, const uint8_t *pixels, Outfile *file, Err *err)
+static bool encode_film(const void *film, FilmFormat format, uint32_t width, uint32_t height, uint8_t **data, size_t *size,
+                        Err *err)
+{
+    switch (format) {
+    case FILM_8: return png_encode(film, 8, width, height, data, size, err);
+    case FILM_16: return png_encode(film, 16, width, height, data, size, err);
+    case FILM_FLOAT: return pfm_encode(film, width, height, data, size, err);
+    }
+    return false;
+}
+
+/* Whatever happens, the file is closed. */
+static bool write_film(const void *film, FilmFormat format, uint32_t width, uint32_t height, Outfile *file, Err *err)
 {
     uint8_t *data = NULL;
     size_t size = 0;
-    if (!png_encode(pixels, report->width, report->height, &data, &size, err)) {
+    if (!encode_film(film, format, width, height, &data, &size, err)) {
         outfile_abandon(file);
         return false;
     }
@@ -480,15 +664,15 @@ static bool draw_and_write(App *app, const RenderJob *job, const RenderSettings 
 {
     Outfile *file = open_output(report->file, err);
     if (!file) return app->line.output ? false : blame_call(job, err);
-    uint8_t *pixels = draw(app, job, settings, report, err);
-    if (!pixels) {
+    void *film = draw(app, job, settings, report, err);
+    if (!film) {
         outfile_abandon(file);
         return false;
     }
     stage_lap(&app->clock);
-    bool ok = encode(report, pixels, file, err);
+    bool ok = write_film(film, settings->format, report->width, report->height, file, err);
     report->encode = stage_lap(&app->clock);
-    free(pixels);
+    free(film);
     if (!ok) return app->line.output ? false : blame_call(job, err);
     if (!app->line.quiet) {
         char text[512];
@@ -525,6 +709,7 @@ static bool render_job(void *context, const RenderJob *asked, Err *err)
     report.max_depth = settings.max_depth;
     char *path = output_path(app, job);
     if (!path) return err_memory(err, "the picture's path");
+    if (writes_pfm(&app->line, path)) settings.format = FILM_FLOAT;
     report.file = app->line.check ? NULL : path;
     bool ok = app->line.check ? check_job(app, job, &report, err) : draw_and_write(app, job, &settings, &report, err);
     report.peak_bytes = cpu_peak_bytes();
@@ -576,16 +761,75 @@ static bool run_with_stats(App *app, Err *err)
     return ok;
 }
 
+/* ---- rt compare ---- */
+
+static bool load_pictures(const CommandLine *line, Image image[2], Err *err)
+{
+    for (int i = 0; i < 2; i++)
+        if (!image_load(line->picture[i], &image[i], err)) return false;
+    const Image *a = &image[0], *b = &image[1];
+    if (a->width != b->width || a->height != b->height)
+        return err_set(err, ERR_USAGE, "%s is %" PRIu32 " x %" PRIu32 " and %s is %" PRIu32 " x %" PRIu32, line->picture[0],
+                       a->width, a->height, line->picture[1], b->width, b->height);
+    if (!line->has_crop) return true;
+    if (line->crop[2] > a->width || line->crop[3] > a->height)
+        return err_set(err, ERR_USAGE, "--crop reaches beyond the pictures of %" PRIu32 " x %" PRIu32, a->width, a->height);
+    for (int i = 0; i < 2; i++) image_crop(&image[i], line->crop);
+    return true;
+}
+
+static bool write_diff(const Image image[2], double greatest, Outfile *file, Err *err)
+{
+    uint8_t *map = malloc((size_t)image[0].width * image[0].height * 3);
+    if (!map) {
+        outfile_abandon(file);
+        return err_memory(err, "the map of differences");
+    }
+    compare_heat_map(&image[0], &image[1], greatest, map);
+    bool ok = write_film(map, FILM_8, image[0].width, image[0].height, file, err);
+    free(map);
+    return ok;
+}
+
+static bool compare_pictures(App *app, Err *err)
+{
+    const CommandLine *line = &app->line;
+    Image image[2] = {{.rgb = NULL}, {.rgb = NULL}};
+    Comparison result;
+    Outfile *file = line->diff ? open_output(line->diff, err) : NULL;
+    bool ok = (file || !line->diff) && load_pictures(line, image, err) &&
+              compare_images(&image[0], &image[1], &line->compare, &result, err);
+    if (ok) {
+        char figures[1024], reasons[1024];
+        compare_text(&result, &line->compare, figures, sizeof figures);
+        app->pictures_differ = !compare_passes(&result, &line->compare, reasons, sizeof reasons);
+        if (!line->quiet) printf("%s%s", figures, reasons);
+        if (file) ok = write_diff(image, result.max_diff, file, err);
+    } else {
+        outfile_abandon(file);
+    }
+    for (int i = 0; i < 2; i++) image_free(&image[i]);
+    return ok;
+}
+
+static bool run_render(App *app, Err *err)
+{
+    return app->line.stats ? run_with_stats(app, err) : run_scene(app, err);
+}
+
+/* `rt compare ...` compares; anything else renders. */
 static bool run(App *app, int argc, char **argv, Err *err)
 {
-    if (!parse_command_line(argc, argv, &app->line, err)) return false;
+    bool compares = argc > 1 && strcmp(argv[1], "compare") == 0;
+    app->command = compares ? &compare_command : &render_command;
+    if (!parse_command_line(app->command, argc - compares, argv + compares, &app->line, err)) return false;
     bool ok = true;
     if (app->line.help)
-        print_help();
+        print_help(app->command);
     else if (app->line.version)
         printf("rt " VERSION "\n");
     else
-        ok = app->line.stats ? run_with_stats(app, err) : run_scene(app, err);
+        ok = compares ? compare_pictures(app, err) : run_render(app, err);
     bool flushed = fflush(stdout) == 0 && !ferror(stdout);
     if (ok && !flushed) return err_set(err, ERR_OUTPUT, "can't write to standard output: %s", strerror(errno));
     return ok;
@@ -607,12 +851,12 @@ static void catch_signals(void)
 int main(int argc, char **argv)
 {
     Err err = {ERR_NONE, ""};
-    App app = {.renders = 0};
+    App app = {.command = &render_command, .line.compare = compare_defaults()};
     catch_signals();
     app.line.include = calloc((size_t)argc + 1, sizeof *app.line.include);
     bool ok = app.line.include ? run(&app, argc, argv, &err) : err_memory(&err, "the command line");
     free(app.line.include);
-    if (ok) return 0;
-    print_error(&err);
+    if (ok) return app.pictures_differ;
+    print_error(app.command, &err);
     return (int)err.kind;
 }

@@ -41,10 +41,9 @@ SUPPORT := $(wildcard tests/support/*.c)
 TESTS   := $(patsubst %.c,$(OUT)/%,$(wildcard tests/test_*.c))
 STABILITY := $(OUT)/tests/stability/stability
 PRECISION := $(OUT)/tests/bench/precision
-TOOLS   := $(patsubst %.c,$(OUT)/%,$(wildcard tests/tools/*.c))
 object   = $(patsubst %.c,$(OUT)/obj/%.o,$(1))
 OBJECTS := $(call object,$(SOURCES) $(SUPPORT) \
-           $(wildcard Main.c tests/test_*.c $(foreach folder,tools stability bench,tests/$(folder)/*.c)))
+           $(wildcard Main.c tests/test_*.c $(foreach folder,stability bench,tests/$(folder)/*.c)))
 
 all: $(PROGRAM)
 
@@ -63,7 +62,7 @@ $(OUT)/libsupport.a: $(call object,$(SUPPORT))
 # Tests that make allocations fail have theirs wrapped, no others.
 wrap = $(if $(shell grep -l 'support/alloc_fail\.h"' $*.c),-Wl$(,)--wrap=malloc$(,)--wrap=calloc$(,)--wrap=realloc)
 , := ,
-$(TESTS) $(TOOLS) $(PRECISION): $(OUT)/%: $(OUT)/obj/%.o $(OUT)/libsupport.a $(OUT)/librt.a
+$(TESTS) $(PRECISION): $(OUT)/%: $(OUT)/obj/%.o $(OUT)/libsupport.a $(OUT)/librt.a
 	@mkdir -p $(@D)
 	@echo "  LD $@"
 	$(Q)$(CC) $(CFLAGS_ALL) $(LDFLAGS) $(wrap) -o $@ $^ $(LIBS) $(TEST_LIBS)
@@ -87,7 +86,7 @@ $(OUT)/flags: FORCE
 
 # Everything that can be compiled, the tests too; `tests` builds them without running them.
 objects: $(OBJECTS)
-tests: $(PROGRAM) $(TESTS) $(TOOLS) $(STABILITY) $(PRECISION)
+tests: $(PROGRAM) $(TESTS) $(STABILITY) $(PRECISION)
 
 # Debian packages: to build, to test, to benchmark.
 BUILD_PACKAGES := gcc libc6-dev make pkg-config liblua5.4-dev liblodepng-dev libcglm-dev

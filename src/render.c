@@ -16,7 +16,7 @@ enum { TILE = 16 };
 typedef struct {
     const World *world;
     const RenderSettings *settings;
-    uint8_t *rgb;
+    void *film;
     uint32_t tiles_x, tiles_y;
     atomic_uint next;        /* tile to be taken */
     atomic_bool failed;      /* out of memory: no more tiles */
@@ -99,24 +99,15 @@ static void flush(Worker *w)
     w->count = 0;
 }
 
-/* sRGB's transfer curve (IEC 61966-2-1). */
-static double encode_srgb(double c) { return c <= 0.0031308 ? 12.92 * c : 1.055 * pow(c, 1 / 2.4) - 0.055; }
-
-static uint8_t quantise(double c, bool srgb)
-{
-    c = c < 0 ? 0 : c > 1 ? 1 : c;
-    if (srgb) c = encode_srgb(c);
-    return (uint8_t)(c * 255 + 0.5);
-}
-
 static void write_tile(const Worker *w, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1)
 {
     const RenderSettings *s = w->job->settings;
     for (uint32_t y = y0; y < y1; y++)
         for (uint32_t x = x0; x < x1; x++) {
             const double *sum = w->film[(y - y0) * TILE + (x - x0)];
-            uint8_t *out = w->job->rgb + 3 * ((size_t)(y - s->y0) * (s->x1 - s->x0) + (x - s->x0));
-            for (int k = 0; k < 3; k++) out[k] = quantise(sum[k] / (double)s->samples, s->srgb);
+            double mean[3];
+            for (int k = 0; k < 3; k++) mean[k] = sum[k] / (double)s->samples;
+            film_put(s->format, s->srgb, w->job->film, (size_t)(y - s->y0) * (s->x1 - s->x0) + (x - s->x0), mean);
         }
 }
 
@@ -196,11 +187,11 @@ static void add_stats(RenderStats *sum, const RenderStats *s)
     add_not_finite(sum, s);
 }
 
-bool render(const World *world, const RenderSettings *settings, uint8_t *rgb, RenderStats *stats, Err *err)
+bool render(const World *world, const RenderSettings *settings, void *film, RenderStats *stats, Err *err)
 {
     double wall = cpu_wall_s(), cpu = cpu_time_s();
     *stats = (RenderStats){0};
-    Job job = {.world = world, .settings = settings, .rgb = rgb};
+    Job job = {.world = world, .settings = settings, .film = film};
     job.tiles_x = (settings->x1 - settings->x0 + TILE - 1) / TILE;
     job.tiles_y = (settings->y1 - settings->y0 + TILE - 1) / TILE;
     uint32_t tiles = job.tiles_x * job.tiles_y, wanted = settings->threads < tiles ? settings->threads : tiles;

@@ -6,6 +6,7 @@
 #include <stdint.h>
 
 #include "common/err.h"
+#include "render/film.h"
 #include "render/stats.h"
 #include "scene/world.h"
 
@@ -16,15 +17,16 @@ typedef struct {
     uint64_t seed;
     bool has_background;
     Rgb background;             /* otherwise the gradient */
-    bool srgb;                  /* encode */
+    FilmFormat format;
+    bool srgb;                  /* encode, unless the format is FILM_FLOAT */
     uint32_t threads;           /* >= 1 */
     /* Called from one thread at a time, now and then, with the share done in [0,1]; NULL: not at all. */
     void (*progress)(void *context, double share);
     void *progress_context;
 } RenderSettings;
 
-/* Fills rgb, 3 bytes a pixel, rows of (x1 - x0) pixels from the top, and *stats.
+/* Fills film, rows of (x1 - x0) pixels of the format from the top, and *stats.
  * False and *err (ERR_LIMIT) without memory or threads. */
-bool render(const World *world, const RenderSettings *settings, uint8_t *rgb, RenderStats *stats, Err *err);
+bool render(const World *world, const RenderSettings *settings, void *film, RenderStats *stats, Err *err);
 
 #endif

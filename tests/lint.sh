@@ -44,6 +44,7 @@ code "${program[@]}" | grep -v '^Main.c:' |
 
 layer 'src/common/.*' 'common/[^"]*' "src/common includes only itself"
 layer 'src/tools/.*' '(common|tools)/[^"]*' "src/tools includes only common and itself"
+layer 'src/compare/.*' '(common|tools|compare)/[^"]*' "src/compare includes only common, tools and itself"
 layer 'src/node/.*' '(common|tools|node)/[^"]*' "src/node includes only common, tools and itself"
 layer 'src/accel/.*' '(common|tools|node|accel)/[^"]*|scene/world\.h' "src/accel includes nothing above it but world.h"
 layer 'src/scene/.*' '(common|tools|node|scene)/[^"]*|accel/(accel|bvh|mesh_prim)\.h' \

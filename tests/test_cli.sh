@@ -81,12 +81,16 @@ for bad in 1,2 1,2,3,4 a,b,c 1,2,nan 1,2,1e39; do
     usage "background '$bad'" "--background must be R,G,B, not '$bad'" "$SCENE" --background "$bad"
 done
 usage "empty output" "-o must be a file, not ''" "$SCENE" -o ''
+for bad in 0 7 12 17 32 x; do usage "bits '$bad'" "--bits must be 8 or 16, not '$bad'" "$SCENE" --bits "$bad"; done
+usage "bits of a PFM" "--bits is for PNG; a PFM has 32" "$SCENE" --bits 16 -o x.pfm
+usage "bits of a PFM, by --format" "--bits is for PNG; a PFM has 32" "$SCENE" --bits 16 --format pfm
+usage "format" "--format must be png or pfm, not 'jpg'" "$SCENE" --format jpg
 
 "$RT" --help >"$TMP/out" 2>"$TMP/err"
 is "help: status" $? 0
 is "help: standard error" "$(cat "$TMP/err")" ""
 is "help: fits 80 columns" "$(awk 'length > 80' "$TMP/out")" ""
-for option in -o --size --crop -s -t --max-depth --seed --legacy --background --srgb -I --check --stats -q --help --version; do
+for option in -o --size --crop --bits --format -s -t --max-depth --seed --legacy --background --srgb -I --check --stats -q --help --version; do
     grep -qE -- "(^| )$option\b" "$TMP/out" || not_ok "help: $option" "is not in it"
 done
 is "version" "$("$RT" --version | grep -cE '^rt [0-9]+\.[0-9]+')" 1
@@ -161,6 +165,128 @@ is "check writes no picture" "$(ls "$TMP/checked.png" 2>/dev/null)" ""
 is "check finds mistakes" "$("$RT" --check tests/bad/no_material.lua 2>&1)" "$(sed -n '1s/-- expect 1: //p' tests/bad/no_material.lua)"
 program=$(realpath "$RT")
 is "the script's own file" "$(cd "$TMP" && "$program" -q scene.lua && size scene1.png)" 64x48
+
+# ---- 16 bits and floats ----
+# depth FILE: bits of a PNG's samples. pfm FILE: the header of a PFM in one line.
+depth() { od -An -tu1 -j24 -N1 "$1" | tr -d ' '; }
+pfm() { head -n 3 "$1" | tr '\n' ' '; }
+expect "16 bits" 0 "" -q "$SCENE" --bits 16 -o "$TMP/deep.png"
+is "16 bits: header" "$(depth "$TMP/deep.png") $(depth "$TMP/whole.png")" "16 8"
+expect "8 bits" 0 "" -q "$SCENE" --bits 8 -o "$TMP/eight.png"
+check "8 bits are the default" cmp "$TMP/whole.png" "$TMP/eight.png"
+expect "PFM" 0 "" -q "$SCENE" -o "$TMP/float.pfm"
+is "PFM: header" "$(pfm "$TMP/float.pfm")" "PF 64 48 -1.0 "
+is "PFM: length" "$(stat -c %s "$TMP/float.pfm")" $((14 + 64 * 48 * 12))
+check "16 bits are those of 8" "$RT" compare --tolerance 0.502 "$TMP/deep.png" "$TMP/whole.png"
+# but for the highlight, where 16 bits end
+check "floats are those of 16 bits" "$RT" compare --tolerance 0.00196 --max-share 0.2 "$TMP/deep.png" "$TMP/float.pfm"
+for format in png:--bits=16 pfm:--quiet; do
+    name=${format%:*} option=${format#*:}
+    expect "$name: threads" 0 "" -q "$SCENE" $option -t 3 -o "$TMP/three.$name"
+    if [ $name = png ]; then whole=$TMP/deep.png; else whole=$TMP/float.pfm; fi
+    check "$name: any number of threads" cmp "$TMP/three.$name" "$whole"
+    expect "$name: crop" 0 "" -q "$SCENE" $option --crop 10,20,30,25 -o "$TMP/crop.$name"
+    expect "$name: crop of all" 0 "" -q "$SCENE" $option --crop 0,0,64,48 -o "$TMP/all.$name"
+    check "$name: a crop of all is the whole" cmp "$TMP/all.$name" "$whole"
+    expect "$name: several renders" 0 "" -q "$SCENE" $option -o "$TMP/m.$name" -- 2
+    is "$name: several renders: files" "$(cd "$TMP" && echo m.$name m-*.$name)" "m.$name m-2.$name"
+    check "$name: several renders: the same picture" cmp "$TMP/m-2.$name" "$whole"
+    echo old >"$TMP/old.$name"
+    (ulimit -f 1; "$RT" -q "$SCENE" $option --size 640x480 -o "$TMP/old.$name" 2>"$TMP/err")
+    is "$name: file too large" "$? $(cat "$TMP/err") $(cat "$TMP/old.$name")" \
+        "4 rt: can't write $TMP/old.$name: File too large old"
+    expect "$name: folder missing" 4 "rt: can't write $TMP/none/x.$name: No such file or directory" "$SCENE" $option \
+        -o "$TMP/none/x.$name"
+done
+is "PFM: size of a crop" "$(pfm "$TMP/crop.pfm")" "PF 20 5 -1.0 "
+is "16 bits into a pipe" "$("$RT" -q "$SCENE" --bits 16 -o /dev/stdout | cmp - "$TMP/deep.png" && echo same)" same
+is "PFM into a pipe" "$("$RT" -q "$SCENE" --format pfm -o /dev/stdout | cmp - "$TMP/float.pfm" && echo same)" same
+expect "PNG whatever the name" 0 "" -q "$SCENE" --format png -o "$TMP/x.pfm"
+check "PNG whatever the name: it is one" cmp "$TMP/whole.png" "$TMP/x.pfm"
+expect "PFM in capitals" 0 "" -q "$SCENE" -o "$TMP/X.PFM"
+check "PFM in capitals: it is one" cmp "$TMP/float.pfm" "$TMP/X.PFM"
+expect "PFM with --srgb" 0 "" -q --srgb "$SCENE" -o "$TMP/srgb.pfm"
+check "PFM with --srgb: linear all the same" cmp "$TMP/float.pfm" "$TMP/srgb.pfm"
+expect "16 bits with --srgb" 0 "" -q --srgb --bits 16 "$SCENE" -o "$TMP/srgb.png"
+if cmp -s "$TMP/deep.png" "$TMP/srgb.png"; then not_ok "16 bits with --srgb: encoded" "it isn't"; else ok "16 bits with --srgb: encoded"; fi
+sed "s/'.png'/'.pfm'/" "$SCENE" >"$TMP/names.lua"
+is "PFM by the script's name" "$(cd "$TMP" && "$program" -q --bits 16 names.lua && pfm scene1.pfm)" "PF 64 48 -1.0 "
+"$RT" "$SCENE" -t 2 -o "$TMP/a.pfm" 2>"$TMP/err"
+is "PFM: summary" "$(grep -c "^$TMP/a.pfm: 64 x 48, 9 samples, " "$TMP/err")" 1
+
+# ---- rt compare ----
+# compares NAME STATUS LAST ARGUMENTS...: the last line of standard output must be LAST, standard error empty.
+compares() {
+    local name=$1 status=$2 last=$3
+    shift 3
+    "$RT" compare "$@" >"$TMP/out" 2>"$TMP/err"
+    is "compare: $name" "$? $(cat "$TMP/err")$(tail -n 1 "$TMP/out")" "$status $last"
+}
+# bad_compare NAME STATUS STDERR ARGUMENTS...
+bad_compare() { expect "compare: $1" "$2" "rt: $3" compare "${@:4}"; }
+A=tests/data/compare/stones.png B=tests/data/compare/stones_blurred.png
+ALL="differing 7680 of 7680 pixels, 100.000 %, by more than 0 levels"
+compares "different" 0 "$ALL" $A $B
+is "compare: figures" "$(tr '\n' ';' <"$TMP/out")" "RMSE      0.0435639;PSNR      27.217 dB;SSIM      0.852056;\
+FLIP      0.14304;greatest  0.215686, 55 levels, at 41,2;$ALL;"
+compares "equal" 0 "differing 0 of 7680 pixels, 0.000 %, by more than 0 levels" $A $A --max-rmse 0 --max-diff 0 --tolerance 0
+is "compare: equal: figures" "$(head -n 5 "$TMP/out" | tr '\n' ';')" \
+    "RMSE      0;PSNR      inf dB;SSIM      1.000000;FLIP      0;greatest  0, 0 levels;"
+compares "RMSE near enough" 0 "$ALL" $A $B --max-rmse 0.0436
+compares "RMSE" 1 "fails: RMSE 0.0435639 is more than 0.0435" $A $B --max-rmse 0.0435
+compares "greatest difference near enough" 0 "$ALL" $A $B --max-diff .2157
+compares "greatest difference" 1 "fails: the greatest difference 0.215686 is more than 0.2156" $A $B --max-diff=0.2156
+compares "tolerance" 1 "fails: 1 pixel, 0.013 %, differs by more than 54 levels; 0 % may" $A --tolerance 54 $B
+compares "tolerance wide enough" 0 "differing 0 of 7680 pixels, 0.000 %, by more than 55 levels" $A $B --tolerance 55
+compares "share" 0 "differing 1 of 7680 pixels, 0.013 %, by more than 54 levels" $A $B --tolerance 54 --max-share 0.02
+compares "edges" 1 "fails: 1 differing pixel not near an edge, the first at 41,2" $A $B --tolerance 54 --max-share 1 --edges 0
+compares "crop" 0 "differing 1 of 4 pixels, 25.000 %, by more than 54 levels" $A $B --tolerance 54 --max-share 25 --crop 40,2,42,4
+is "compare: crop: place" "$(grep greatest "$TMP/out")" "greatest  0.215686, 55 levels, at 1,0"
+compares "linear" 0 "$ALL" $A $B --linear
+is "compare: linear changes FLIP" "$(grep -c 'FLIP      0.14304' "$TMP/out") $(grep -c 'SSIM      0.852056' "$TMP/out")" "0 1"
+compares "names after --" 0 "$ALL" -- $A $B
+compares "quiet" 1 "" -q $A $B --tolerance 1
+compares "from a pipe" 0 "$ALL" /dev/stdin $B <$A
+compares "map" 0 "$ALL" $A $B --diff "$TMP/map.png"
+is "compare: map: size" "$(size "$TMP/map.png")" 96x80
+compares "map of what fails" 1 "fails: RMSE 0.0435639 is more than 0" $A $B --max-rmse 0 --crop 0,0,96,80 --diff "$TMP/map2.png"
+check "compare: map of what fails: it is written" cmp "$TMP/map.png" "$TMP/map2.png"
+bad_compare "one picture" 2 "two pictures are compared; see rt compare --help" $A
+bad_compare "three pictures" 2 "two pictures are compared, not '$A' too; see rt compare --help" $A $B $A
+bad_compare "sizes" 2 "$A is 96 x 80 and $TMP/whole.png is 64 x 48; see rt compare --help" $A "$TMP/whole.png"
+bad_compare "crop beyond" 2 "--crop reaches beyond the pictures of 96 x 80; see rt compare --help" $A $B --crop 0,0,97,80
+bad_compare "crop" 2 "--crop must be X0,Y0,X1,Y1 with X0 < X1 and Y0 < Y1, not '5,0,5,9'; see rt compare --help" $A $B --crop 5,0,5,9
+for bad in -1 nan inf 1e999 x '' 1x ' 1'; do
+    bad_compare "RMSE '$bad'" 2 "--max-rmse must be a number from 0, not '$bad'; see rt compare --help" $A $B --max-rmse "$bad"
+    bad_compare "difference '$bad'" 2 "--max-diff must be a number from 0, not '$bad'; see rt compare --help" $A $B --max-diff "$bad"
+done
+for bad in -1 256 x; do
+    bad_compare "tolerance '$bad'" 2 "--tolerance must be levels from 0 to 255, not '$bad'; see rt compare --help" $A $B --tolerance "$bad"
+done
+bad_compare "share" 2 "--max-share must be percent from 0 to 100, not '101'; see rt compare --help" $A $B --max-share 101
+bad_compare "edges" 2 "--edges must be an integer from 0 to 65535, not '1.5'; see rt compare --help" $A $B --edges 1.5
+bad_compare "unknown option" 2 "unknown option --tolerence (did you mean --tolerance?); see rt compare --help" $A $B --tolerence 1
+bad_compare "an option of rendering" 2 "unknown option --samples; see rt compare --help" $A $B --samples 1
+bad_compare "missing" 3 "can't open $TMP/none.png: No such file or directory" $A "$TMP/none.png"
+bad_compare "no picture" 3 "$SCENE: neither a PNG nor a PFM" $A "$SCENE"
+head -c 5000 $A >"$TMP/cut.png"
+bad_compare "cut off" 3 "$TMP/cut.png: the file is cut off" "$TMP/cut.png" $B
+head -c 5000 "$TMP/float.pfm" >"$TMP/cut.pfm"
+bad_compare "PFM cut off" 3 "$TMP/cut.pfm: the file is cut off" "$TMP/cut.pfm" "$TMP/float.pfm"
+printf 'Pf\n1 1\n-1\n\0\0\300\177' >"$TMP/nan.pfm"
+bad_compare "no number" 3 "$TMP/nan.pfm: pixel 0,0 is no finite number" "$TMP/nan.pfm" "$TMP/nan.pfm"
+printf 'PF\n70000 1\n-1\n' >"$TMP/wide.pfm"
+bad_compare "too large" 3 "$TMP/wide.pfm: 70000 x 1 pixels; at most 65535 a side and 268435456 in all are allowed" "$TMP/wide.pfm" $B
+bad_compare "map folder missing" 4 "can't write $TMP/none/m.png: No such file or directory" $A $B --diff "$TMP/none/m.png"
+bad_compare "map: disk full" 4 "can't write /dev/full: No space left on device" -q $A $B --diff /dev/full
+"$RT" compare $A $B >/dev/full 2>"$TMP/err"
+is "compare: standard output full" "$? $(cat "$TMP/err")" "4 rt: can't write to standard output: No space left on device"
+"$RT" compare --help >"$TMP/out" 2>"$TMP/err"
+is "compare: help" "$? $(cat "$TMP/err")$(head -n 1 "$TMP/out")" "0 Usage: rt compare [options] A B"
+is "compare: help fits 80 columns" "$(awk 'length > 80' "$TMP/out")" ""
+for option in --crop --linear --max-rmse --max-diff --tolerance --max-share --edges --diff -q --help; do
+    grep -qE -- "(^| )$option\b" "$TMP/out" || not_ok "compare: help: $option" "is not in it"
+done
 
 # ---- what is printed ----
 "$RT" "$SCENE" -t 2 -o "$TMP/a.png" >"$TMP/out" 2>"$TMP/err"

@@ -11,7 +11,7 @@ if [ "$1" = --accept ]; then
     finish
 fi
 compare() {
-    "$RT" -q $(options "$1") -o "$TMP/$2.png" "$1" && build/release/tests/tools/pngdiff --tolerance 1 "${1%.lua}.png" "$TMP/$2.png"
+    "$RT" -q $(options "$1") -o "$TMP/$2.png" "$1" && "$RT" compare --tolerance 1 "${1%.lua}.png" "$TMP/$2.png"
 }
 for scene in tests/golden/*.lua; do
     name=$(basename "$scene" .lua)

@@ -91,36 +91,64 @@ static void assert_pixels(const uint8_t *file, const uint8_t *end, const uint8_t
     assert_null(png.rgb);
 }
 
+/* Random samples, or rows of one value. */
+static void written_and_read(unsigned bits, uint32_t w, uint32_t h, bool noisy)
+{
+    Rng rng = rng_seed(SEED, bits);
+    size_t bytes = bits / 8, count = 3 * bytes * w * h, size, again;
+    uint8_t *rgb = malloc(count), *data, *same;
+    assert_non_null(rgb);
+    for (size_t k = 0; k < count; k++) rgb[k] = (uint8_t)(noisy ? rng_u32(&rng) : k / 3 / bytes / w);
+    Err err = {ERR_NONE, ""};
+    assert_true(png_encode(rgb, bits, w, h, &data, &size, &err));
+    assert_true(png_encode(rgb, bits, w, h, &same, &again, &err));
+    assert_int_equal(size, again);
+    assert_memory_equal(data, same, size);
+    /* header, pixels, end, and nothing else */
+    assert_memory_equal(data + 12, "IHDR", 4);
+    assert_int_equal(data[24], bits);
+    assert_memory_equal(data + HEADER + 4, "IDAT", 4);
+    assert_memory_equal(data + size - 8, "IEND", 4);
+    Png png;
+    if (!png_decode("a.png", data, size, bits, &png, &err)) fail_msg("%s", err.text);
+    assert_int_equal(png.width, w);
+    assert_int_equal(png.height, h);
+    assert_memory_equal(png.rgb, rgb, count);
+    png_free(&png);
+    if (bits == 8) {
+        if (!png_load(test_file_bytes("a.png", data, size), &png, &err)) fail_msg("%s", err.text);
+        assert_memory_equal(png.rgb, rgb, count);
+        png_free(&png);
+    }
+    free(rgb);
+    free(data);
+    free(same);
+}
+
 static void what_is_written_is_read(void **state)
 {
     (void)state;
     static const uint32_t sizes[][2] = {{1, 1}, {3, 5}, {1, 300}, {300, 1}, {257, 129}, {65535, 1}, {1, 65535}};
-    Rng rng = rng_seed(SEED, 0);
-    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
-        uint32_t w = sizes[i][0], h = sizes[i][1];
-        size_t count = (size_t)3 * w * h, size, again;
-        uint8_t *rgb = malloc(count), *data, *same;
-        assert_non_null(rgb);
-        for (size_t k = 0; k < count; k++) rgb[k] = (uint8_t)(i % 2 ? rng_u32(&rng) : k / 3 / w);
-        Err err = {ERR_NONE, ""};
-        assert_true(png_encode(rgb, w, h, &data, &size, &err));
-        assert_true(png_encode(rgb, w, h, &same, &again, &err));
-        assert_int_equal(size, again);
-        assert_memory_equal(data, same, size);
-        /* header, pixels, end, and nothing else */
-        assert_memory_equal(data + 12, "IHDR", 4);
-        assert_memory_equal(data + HEADER + 4, "IDAT", 4);
-        assert_memory_equal(data + size - 8, "IEND", 4);
-        Png png;
-        if (!png_load(test_file_bytes("a.png", data, size), &png, &err)) fail_msg("%s", err.text);
-        assert_int_equal(png.width, w);
-        assert_int_equal(png.height, h);
-        assert_memory_equal(png.rgb, rgb, count);
-        png_free(&png);
-        free(rgb);
-        free(data);
-        free(same);
-    }
+    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++)
+        for (unsigned bits = 8; bits <= 16; bits += 8) written_and_read(bits, sizes[i][0], sizes[i][1], i % 2);
+}
+
+/* Fewer bits are stretched so that black and white stay black and white. */
+static void fewer_bits_become_sixteen(void **state)
+{
+    (void)state;
+    uint8_t file[1024], *end;
+    Png png;
+    Err err = {ERR_NONE, ""};
+    const uint8_t bytes[] = {0, 1, 128, 255}, bits[] = {0, 0x40};
+    end = put_pixels(put_header(file, 1, 1, 8, 2), bytes, sizeof bytes);
+    assert_true(png_decode("a.png", file, (size_t)(end - file), 16, &png, &err));
+    assert_memory_equal(png.rgb, ((const uint8_t[]){1, 1, 128, 128, 255, 255}), 6);
+    png_free(&png);
+    end = put_pixels(put_header(file, 2, 1, 1, 0), bits, sizeof bits);
+    assert_true(png_decode("a.png", file, (size_t)(end - file), 16, &png, &err));
+    assert_memory_equal(png.rgb, ((const uint8_t[]){0, 0, 0, 0, 0, 0, 255, 255, 255, 255, 255, 255}), 12);
+    png_free(&png);
 }
 
 static void every_kind_of_pixel_becomes_rgb(void **state)
@@ -221,7 +249,7 @@ static void more_pixels_than_announced(void **state)
     uint8_t *rgb = calloc(SIDE * SIDE, 3), *data;
     assert_non_null(rgb);
     size_t size;
-    assert_true(png_encode(rgb, SIDE, SIDE, &data, &size, NULL));
+    assert_true(png_encode(rgb, 8, SIDE, SIDE, &data, &size, NULL));
     put_u32(data + 16, 1);
     put_u32(data + 20, 1);
     put_u32(data + 29, crc32(data + 12, 17));
@@ -241,7 +269,7 @@ static void every_allocation_may_fail(void **state)
     for (size_t i = 0; i < sizeof rgb; i++) rgb[i] = (uint8_t)rng_u32(&rng);
     uint8_t *data;
     size_t size;
-    assert_true(png_encode(rgb, SIDE, SIDE, &data, &size, NULL));
+    assert_true(png_encode(rgb, 8, SIDE, SIDE, &data, &size, NULL));
     const char *path = test_file_bytes("a.png", data, size);
     free(data);
     for (long n = 1;; n++) {
@@ -265,6 +293,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_is_written_is_read),
+        cmocka_unit_test(fewer_bits_become_sixteen),
         cmocka_unit_test(every_kind_of_pixel_becomes_rgb),
         cmocka_unit_test(headers_are_judged_before_anything_is_allocated),
         cmocka_unit_test(broken_files),

@@ -16,7 +16,7 @@ agrees() {
     (cd "$folder" && LUA_PATH="?.lua;../final/?.lua;;" lua5.4 "$root/$oracle/gr2pov.lua" "$file" "$theirs.pov" matte $size $size) || return
     povray -D +WT2 "+I$theirs.pov" "+O$theirs.png" +W$size +H$size -A File_Gamma=1.0 >"$theirs.log" 2>&1 || { tail -n 1 "$theirs.log"; return 1; }
     (cd "$folder" && "$(realpath "$root/$RT")" -q -I . -o "$ours" -s 1 --size ${size}x$size "$root/$oracle/matte.lua" -- "$file") || return
-    build/release/tests/tools/pngdiff --tolerance 3 --share 0.5 --edges 2 "$ours" "$theirs.png"
+    "$RT" compare --tolerance 3 --max-share 0.5 --edges 2 "$ours" "$theirs.png"
 }
 for scene in Assets/{csg/csg_simple,csg/csg_complex,umbrella/umbrella,primitives/primitives}.lua \
     tests/golden/{prim_sphere,prim_cube,prim_cylinder,prim_cone,prim_torus,prim_torus_spindle,mesh_flat,mesh_table}.lua \

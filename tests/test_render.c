@@ -156,6 +156,8 @@ static void busy(WorldFixture *f)
     assert_true(fixture_compile(f));
 }
 
+static const FilmFormat formats[] = {FILM_8, FILM_16, FILM_FLOAT};
+
 static void threads_change_nothing(void **state)
 {
     (void)state;
@@ -163,15 +165,19 @@ static void threads_change_nothing(void **state)
     busy(&f);
     RenderSettings s = fixture_settings(&f);
     s.samples = 5;
-    uint8_t *one = fixture_render(&f, &s, NULL);
-    const uint32_t threads[] = {2, 7, 16};
-    for (int i = 0; i < 3; i++) {
-        s.threads = threads[i];
-        uint8_t *more = fixture_render(&f, &s, NULL);
-        assert_memory_equal(one, more, 3 * 64 * 48);
-        free(more);
+    for (int k = 0; k < 3; k++) {
+        s.format = formats[k];
+        s.threads = 1;
+        uint8_t *one = fixture_render(&f, &s, NULL);
+        const uint32_t threads[] = {2, 7, 16};
+        for (int i = 0; i < 3; i++) {
+            s.threads = threads[i];
+            uint8_t *more = fixture_render(&f, &s, NULL);
+            assert_memory_equal(one, more, film_pixel_bytes(s.format) * 64 * 48);
+            free(more);
+        }
+        free(one);
     }
-    free(one);
     fixture_destroy(&f);
 }
 
@@ -180,18 +186,56 @@ static void crop_is_part_of_the_whole(void **state)
     (void)state;
     WorldFixture f;
     busy(&f);
+    for (int k = 0; k < 3; k++) {
+        RenderSettings s = fixture_settings(&f);
+        s.samples = 3;
+        s.format = formats[k];
+        uint8_t *whole = fixture_render(&f, &s, NULL);
+        s.x0 = 13;
+        s.y0 = 5;
+        s.x1 = 50;
+        s.y1 = 41;
+        uint8_t *part = fixture_render(&f, &s, NULL);
+        size_t bytes = film_pixel_bytes(s.format), row = bytes * (s.x1 - s.x0);
+        for (uint32_t y = s.y0; y < s.y1; y++)
+            assert_memory_equal(part + (y - s.y0) * row, whole + bytes * (y * 64 + s.x0), row);
+        free(whole);
+        free(part);
+    }
+    fixture_destroy(&f);
+}
+
+/* The three formats hold the same colours, each to half its step, with sRGB (that floats don't have) or without. */
+static void formats_agree(void **state)
+{
+    (void)state;
+    WorldFixture f;
+    busy(&f);
+    fixture_light(&f, vec3_make(0, 0, 30), rgb(3, 3, 3), 1, 0, 0);
+    assert_true(fixture_compile(&f));
     RenderSettings s = fixture_settings(&f);
-    s.samples = 3;
-    uint8_t *whole = fixture_render(&f, &s, NULL);
-    s.x0 = 13;
-    s.y0 = 5;
-    s.x1 = 50;
-    s.y1 = 41;
-    uint8_t *part = fixture_render(&f, &s, NULL);
-    for (uint32_t y = s.y0; y < s.y1; y++)
-        assert_memory_equal(part + 3 * (y - s.y0) * (s.x1 - s.x0), whole + 3 * (y * 64 + s.x0), 3 * (s.x1 - s.x0));
-    free(whole);
-    free(part);
+    s.samples = 4;
+    s.background = rgb(-0.5f, 2, 0.25f);
+    size_t above = 0;
+    for (int srgb = 0; srgb < 2; srgb++) {
+        uint8_t *film[3];
+        s.srgb = srgb;
+        for (int k = 0; k < 3; k++) {
+            s.format = formats[k];
+            film[k] = fixture_render(&f, &s, NULL);
+        }
+        for (size_t i = 0; i < 3 * 64 * 48; i++) {
+            float x;
+            memcpy(&x, film[2] + i * sizeof x, sizeof x);
+            above += x > 1.5f;
+            double c = fmin(fmax((double)x, 0), 1);
+            if (srgb) c = srgb_encode(c);
+            assert_true(fabs(film[0][i] - 255 * c) < 0.5 + 1e-4);
+            assert_true(fabs((film[1][2 * i] << 8 | film[1][2 * i + 1]) - 65535 * c) < 0.5 + 0.05);
+        }
+        for (int k = 0; k < 3; k++) free(film[k]);
+    }
+    assert_true(above > 2000);  /* floats aren't clamped */
     fixture_destroy(&f);
 }
 
@@ -267,6 +311,7 @@ int main(void)
         cmocka_unit_test(mirror_that_misses_keeps_its_colour),
         cmocka_unit_test(threads_change_nothing),
         cmocka_unit_test(crop_is_part_of_the_whole),
+        cmocka_unit_test(formats_agree),
         cmocka_unit_test(power_of_two_scale_changes_nothing),
         cmocka_unit_test(what_is_no_number_is_counted),
     };

@@ -23,7 +23,7 @@ static Texture *picture(const uint8_t *bytes, uint32_t width, uint32_t height, b
     uint8_t *data;
     size_t size;
     Err err = {ERR_NONE, ""};
-    assert_true(png_encode(bytes, width, height, &data, &size, &err));
+    assert_true(png_encode(bytes, 8, width, height, &data, &size, &err));
     Texture *t = image_texture_load(test_file_bytes("texture.png", data, size), srgb, &err);
     free(data);
     if (!t) fail_msg("%s", err.text);

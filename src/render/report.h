@@ -17,12 +17,12 @@ StageTime stage_lap(StageTime *since);
 
 /* One call of gr.render. */
 typedef struct {
-    const char *file;               /* the PNG; NULL if none was written (--check) */
+    const char *file;               /* the picture's; NULL if none was written (--check) */
     const char *where;              /* "temple.lua:41: ", the script's line */
     uint32_t width, height;         /* of the file */
     uint32_t samples, max_depth;
     StageTime script;               /* since the script began or the render before ended */
-    StageTime encode;               /* encoding and writing the PNG */
+    StageTime encode;               /* encoding and writing the picture */
     CompileStats compile;
     RenderStats render;
     uint64_t peak_bytes;            /* of the process so far */

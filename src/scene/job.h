@@ -7,6 +7,7 @@
 
 #include "common/colour.h"
 #include "common/err.h"
+#include "common/picture.h"
 #include "common/vec.h"
 #include "node/light.h"
 #include "node/node.h"
@@ -30,15 +31,11 @@ typedef struct {
 
 enum { DEFAULT_SAMPLES = 9, DEFAULT_MAX_DEPTH = 4, MAX_SAMPLES = 65536, MAX_MAX_DEPTH = 1000 };
 
-/* Pictures: each side at most MAX_SIDE, area at most MAX_AREA. */
-#define MAX_SIDE 65535u
-#define MAX_AREA (1u << 28)
-
 typedef struct {
     Scene *scene;
     Node *root;
     const char *where;     /* "temple.lua:41: " */
-    const char *file;      /* the PNG's path as the script gave it */
+    const char *file;      /* the picture's path as the script gave it */
     uint32_t width, height;
     Vec3 eye, view, up;    /* view is a direction; neither it nor up is 0, and they aren't parallel */
     double fov_deg;        /* the full vertical angle, in (0, 180) */

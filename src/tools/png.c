@@ -1,11 +1,12 @@
 #include "tools/png.h"
 
-#include <errno.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include <lodepng.h>
+
+#include "common/picture.h"
+#include "tools/infile.h"
 
 /* Debian builds liblodepng with a C++ compiler, so its functions carry C++ names (the Itanium ABI's, size_t being
  * unsigned long). Define LODEPNG_C_NAMES for a library that was built as C. */
@@ -27,9 +28,6 @@ enum {
     CHUNK_BYTES = 12,   /* of a chunk without data: length, type, checksum */
     PIXEL_BYTES = 8,    /* of a pixel at most: four channels of 16 bits */
     ROW_BYTES = 8,      /* more than the filter bytes and the padding of a row, interlaced or not */
-    FIRST_READ = 64 * 1024,
-    SIDE_LIMIT = 65535,
-    AREA_LIMIT = 1 << 28,
 };
 
 static bool lodepng_failed(const char *path, unsigned code, Err *err)
@@ -38,9 +36,9 @@ static bool lodepng_failed(const char *path, unsigned code, Err *err)
     return err_set(err, ERR_INPUT, "%s: %s", path, lodepng_error_text(code));
 }
 
-/* The header alone decides how much will be allocated, so it is judged before the rest is even read. *most gets a bound
- * on the bytes that the pixels may inflate to. */
-static bool check_header(const char *path, const unsigned char *data, size_t size, size_t *most, Err *err)
+/* The header alone decides how much will be allocated, so it is judged before the rest is even read. *inflated gets a
+ * bound on the bytes that the pixels may inflate to. */
+static bool check_header(const char *path, const unsigned char *data, size_t size, size_t *inflated, Err *err)
 {
     LodePNGState state;
     lodepng_state_init(&state);
@@ -48,51 +46,18 @@ static bool check_header(const char *path, const unsigned char *data, size_t siz
     unsigned code = lodepng_inspect(&width, &height, &state, data, size);
     lodepng_state_cleanup(&state);
     if (code) return lodepng_failed(path, code, err);
-    if (width > SIDE_LIMIT || height > SIDE_LIMIT || (uint64_t)width * height > AREA_LIMIT)
-        return err_set(err, ERR_INPUT, "%s: %u x %u pixels; at most %d a side and %d in all are allowed", path, width,
-                       height, SIDE_LIMIT, AREA_LIMIT);
-    *most = ((size_t)width * PIXEL_BYTES + ROW_BYTES) * height;
+    if (width > MAX_SIDE || height > MAX_SIDE || (uint64_t)width * height > MAX_AREA)
+        return err_set(err, ERR_INPUT, "%s: %u x %u pixels; at most %u a side and %u in all are allowed", path, width,
+                       height, MAX_SIDE, MAX_AREA);
+    *inflated = ((size_t)width * PIXEL_BYTES + ROW_BYTES) * height;
     return true;
 }
 
-/* The whole file, malloc'ed. */
-static bool read_file(const char *path, unsigned char **data, size_t *size, size_t *most, Err *err)
+bool png_accept(const char *path, const unsigned char *head, size_t size, size_t *most, Err *err)
 {
-    FILE *file = fopen(path, "rb");
-    if (!file) return err_system(err, ERR_INPUT, "open", path, errno);
-    bool checked = false, ok = false;
-    size_t capacity = FIRST_READ, used = 0;
-    unsigned char *buffer = malloc(capacity);
-    if (!buffer) {
-        err_memory(err, path);
-        goto done;
-    }
-    for (;;) {
-        size_t got = fread(buffer + used, 1, capacity - used, file);
-        used += got;
-        if (ferror(file)) {
-            err_system(err, ERR_INPUT, "open", path, errno);
-            goto done;
-        }
-        if (!checked && !check_header(path, buffer, used, most, err)) goto done;
-        checked = true;
-        if (used < capacity) break;
-        unsigned char *more = capacity <= SIZE_MAX / 2 ? realloc(buffer, 2 * capacity) : NULL;
-        if (!more) {
-            err_memory(err, path);
-            goto done;
-        }
-        buffer = more;
-        capacity *= 2;
-    }
-    *data = buffer;
-    *size = used;
-    buffer = NULL;
-    ok = true;
-done:
-    free(buffer);
-    fclose(file);
-    return ok;
+    (void)most;  /* compressed, a picture may have any size */
+    size_t inflated;
+    return check_header(path, head, size, &inflated, err);
 }
 
 /* Whether the chunks reach the last one; lodepng says something else about a file that was cut off. */
@@ -109,26 +74,22 @@ static bool is_whole(const unsigned char *data, size_t size)
     return false;
 }
 
-bool png_load(const char *path, Png *png, Err *err)
+bool png_decode(const char *path, const unsigned char *data, size_t size, unsigned bits, Png *png, Err *err)
 {
-    unsigned char *data = NULL, *rgb = NULL;
-    size_t size = 0, most = 0;
+    uint8_t *rgb = NULL;
+    size_t inflated;
     *png = (Png){0};
-    if (!read_file(path, &data, &size, &most, err)) return false;
-    if (!is_whole(data, size)) {
-        free(data);
-        return err_set(err, ERR_INPUT, "%s: the file is cut off", path);
-    }
+    if (!check_header(path, data, size, &inflated, err)) return false;
+    if (!is_whole(data, size)) return err_set(err, ERR_INPUT, "%s: the file is cut off", path);
     LodePNGState state;
     lodepng_state_init(&state);
     state.info_raw.colortype = LCT_RGB;
-    state.info_raw.bitdepth = 8;
-    state.decoder.zlibsettings.max_output_size = most;
+    state.info_raw.bitdepth = bits;
+    state.decoder.zlibsettings.max_output_size = inflated;
     state.decoder.read_text_chunks = 0;
     unsigned width = 0, height = 0;
     unsigned code = lodepng_decode(&rgb, &width, &height, &state, data, size);
     lodepng_state_cleanup(&state);
-    free(data);
     if (code) {
         free(rgb);
         return lodepng_failed(path, code, err);
@@ -137,18 +98,30 @@ bool png_load(const char *path, Png *png, Err *err)
     return true;
 }
 
+bool png_load(const char *path, Png *png, Err *err)
+{
+    unsigned char *data;
+    size_t size;
+    *png = (Png){0};
+    if (!infile_read(path, png_accept, &data, &size, err)) return false;
+    bool ok = png_decode(path, data, size, 8, png, err);
+    free(data);
+    return ok;
+}
+
 void png_free(Png *png)
 {
     free(png->rgb);
     *png = (Png){0};
 }
 
-bool png_encode(const uint8_t *rgb, uint32_t width, uint32_t height, uint8_t **data, size_t *size, Err *err)
+bool png_encode(const uint8_t *rgb, unsigned bits, uint32_t width, uint32_t height, uint8_t **data, size_t *size,
+                Err *err)
 {
     LodePNGState state;
     lodepng_state_init(&state);
     state.info_raw.colortype = state.info_png.color.colortype = LCT_RGB;
-    state.info_raw.bitdepth = state.info_png.color.bitdepth = 8;
+    state.info_raw.bitdepth = state.info_png.color.bitdepth = bits;
     state.encoder.auto_convert = 0;
     state.encoder.add_id = 0;
     /* Measured on rendered pictures: half the time of the default settings for the same size of file. */

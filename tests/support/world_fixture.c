@@ -68,7 +68,7 @@ RenderSettings fixture_settings(const WorldFixture *f)
 uint8_t *fixture_render(WorldFixture *f, const RenderSettings *s, RenderStats *stats)
 {
     RenderStats own;
-    uint8_t *rgb = malloc((size_t)3 * (s->x1 - s->x0) * (s->y1 - s->y0));
-    CHECK(rgb && render(f->world, s, rgb, stats ? stats : &own, &f->err));
-    return rgb;
+    uint8_t *film = malloc(film_pixel_bytes(s->format) * (s->x1 - s->x0) * (s->y1 - s->y0));
+    CHECK(film && render(f->world, s, film, stats ? stats : &own, &f->err));
+    return film;
 }

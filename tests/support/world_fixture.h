@@ -29,10 +29,10 @@ void fixture_light(WorldFixture *f, Vec3 position, Rgb colour, double c0, double
 /* True if it compiles; otherwise f->err says why. */
 bool fixture_compile(WorldFixture *f);
 
-/* Settings for the whole picture with one sample, one thread and a black background. */
+/* Settings for the whole picture of 8 bits with one sample, one thread and a black background. */
 RenderSettings fixture_settings(const WorldFixture *f);
 
-/* Renders (it must work) into a new picture that the caller frees. */
+/* Renders (it must work) into a new film of the settings' format that the caller frees. */
 uint8_t *fixture_render(WorldFixture *f, const RenderSettings *settings, RenderStats *stats);
 
 #endif

@@ -5,6 +5,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 
+#include "common/colour.h"
 #include "tools/png.h"
 
 enum { BYTE_VALUES = 256 };
@@ -14,9 +15,6 @@ typedef struct {
     Png png;                   /* rows from the top */
     float value[BYTE_VALUES];  /* of a byte */
 } ImageTexture;
-
-/* IEC 61966-2-1. */
-static double srgb_decode(double x) { return x <= 0.04045 ? x / 12.92 : pow((x + 0.055) / 1.055, 2.4); }
 
 /* The two texels around a coordinate, and the weight of the second. */
 typedef struct {
