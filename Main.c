@@ -14,6 +14,7 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include "accel/accel.h"
 #include "common/cpu.h"
 #include "common/err.h"
 #include "common/place.h"
@@ -48,6 +49,7 @@ typedef struct {
     bool has_size, has_crop;
     uint32_t width, height, crop[4];
     uint32_t threads;              /* 0: by the machine and the picture */
+    const char *cpu;               /* NULL: the widest instructions that the processor has */
     bool legacy, srgb, check, quiet;
     bool help, version;            /* were asked for */
     RenderOptions options;
@@ -193,6 +195,12 @@ static bool set_threads(CommandLine *line, const char *value, Err *err)
            bad_value("-t", value, "an integer from 1 to 1024", err);
 }
 
+static bool set_cpu(CommandLine *line, const char *value, Err *err)
+{
+    line->cpu = value;
+    return kernel_best(value) || bad_value("--cpu", value, "scalar, sse2, avx2 or avx512", err);
+}
+
 static bool set_include(CommandLine *line, const char *value, Err *err)
 {
     line->include[line->include_count++] = value;
@@ -283,6 +291,9 @@ static const OptionRow render_rows[] = {
      "name that ends in .pfm gets a PFM: floats, linear,\n"
      "not clamped"},
     {'t', "threads", "N", set_threads, 0, "threads (as many as processors are allowed)"},
+    {0, "cpu", "SET", set_cpu, 0,
+     "use no wider instructions than scalar, sse2, avx2\n"
+     "or avx512; the picture is the same with each"},
     {'I', "include", "DIR", set_include, 0,
      "look for inputs there too, after the script's\n"
      "folder and the working directory; repeatable"},
@@ -598,7 +609,7 @@ static bool blame_call(const RenderJob *job, Err *err)
 
 static World *compile(App *app, const RenderJob *job, CompileStats *stats, Err *err)
 {
-    CompileSettings settings = {.srgb = app->line.srgb, .warn = print_warning, .warn_context = app};
+    CompileSettings settings = {.srgb = app->line.srgb, .cpu = app->line.cpu, .warn = print_warning, .warn_context = app};
     World *world = world_compile(job, &settings, stats, err);
     if (!world) blame_call(job, err);
     return world;

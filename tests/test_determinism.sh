@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# The number of threads and the build type change no byte of a picture: every scene of Assets, small.
+# The number of threads, the processor's instructions and the build type change no byte of a picture: every scene of Assets, small.
 cd "$(dirname "$0")/.." && . tests/support/shell.sh
-# draws PROGRAM THREADS SCENE: the sum of all pictures that the scene writes, its own file names below the test's folder.
+# draws PROGRAM THREADS SCENE [OPTION...]: the sum of all pictures that the scene writes, its own file names below the test's folder.
 draws() {
     local folder=$TMP/out
     rm -rf "$folder" && mkdir -p "$folder"
-    "$1" -q -t "$2" --size 128x128 -o "$folder/picture.png" "$3" >/dev/null || return
+    "$1" -q -t "$2" --size 128x128 -o "$folder/picture.png" "${@:4}" "$3" >/dev/null || return
     [ -e "$folder/picture.png" ] && cat "$folder"/*.png | sha256sum
 }
 same() {
@@ -14,6 +14,10 @@ same() {
     for threads in 2 7 16; do
         other=$(draws "$RT" $threads "$1") || { echo "it doesn't render with -t $threads"; return 1; }
         [ "$first" = "$other" ] || { echo "-t $threads isn't -t 1"; return 1; }
+    done
+    for cpu in scalar sse2 avx2 avx512; do
+        other=$(draws "$RT" 2 "$1" --cpu $cpu) || { echo "it doesn't render with --cpu $cpu"; return 1; }
+        [ "$first" = "$other" ] || { echo "--cpu $cpu isn't the widest"; return 1; }
     done
     other=$(draws build/debug/rt 2 "$1") || { echo "BUILD=debug doesn't render it"; return 1; }
     [ "$first" = "$other" ] || { echo "BUILD=debug isn't BUILD=release"; return 1; }

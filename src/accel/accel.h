@@ -12,8 +12,10 @@
 struct World;
 struct Kernel;
 
-/* The fastest kernel that this machine's processor can run. */
-const struct Kernel *kernel_best(void);
+/* The widest kernel that this machine's processor can run, none wider than the one named `widest` ("scalar", "sse2",
+ * "avx2", "avx512"; NULL: any). NULL if there is none of that name. All give the same hits. */
+const struct Kernel *kernel_best(const char *widest);
+const char *kernel_name(const struct Kernel *kernel);
 
 /* hits[i] gets the nearest hit of rays[i]; hits[i].object is HIT_NONE where there is none. Of several hits with the same
  * t the one of the least object, then the least part, wins. */

@@ -767,7 +767,7 @@ static bool compile(Compile *c, World *world)
     if (!place_lights(c, world)) return false;
     place_camera(c, world);
     c->stats->objects = c->object_count;
-    world->kernel = kernel_best();
+    world->kernel = kernel_best(c->settings->cpu);
     world->objects = c->objects;
     world->object_count = (uint32_t)c->object_count;
     return true;

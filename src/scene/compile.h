@@ -9,6 +9,7 @@
 
 typedef struct {
     bool srgb;            /* decode textures */
+    const char *cpu;      /* no wider instructions than these (kernel_best); NULL: any */
     void (*warn)(void *context, const char *text);
     void *warn_context;
 } CompileSettings;
