@@ -40,11 +40,10 @@ enum {
  * triangles are in floats, whose products would overflow or vanish. */
 #define MESH_EXPONENT 32
 
-/* By how many spacings of the numbers at its coordinates an object's surface may seem to be off: a ray's origin is mapped
- * into the object's space by the inverse's translation, rounded when it was computed (4 products and 3 sums of rows that
- * add up to the coordinate: gamma_7), then by 3 products and 3 sums (gamma_4 of twice the coordinate), and the hit the same
- * way back (gamma_4): under 20 u of the coordinate, a u being half a spacing or less; sqrt(3) for three axes. */
-#define PLACE_SPACINGS 16.0
+/* By how many spacings of the numbers at its coordinates an object's surface may seem to be off: the inverse's translation
+ * (7 roundings of products that add up to the coordinate), the ray's origin carried by it (4, of twice the coordinate) and
+ * the hit carried back (4, of twice): 23 roundings, each half a spacing or less; sqrt(3) for three axes makes 20. */
+#define PLACE_SPACINGS 20.0
 
 /* Testing an object in its place against testing eight boxes. */
 #define OBJECT_COST 4.0f

@@ -9,43 +9,19 @@
 
 enum { WIDTH = 96, HEIGHT = 72 };
 
-/* Roundings move surfaces by so many spacings of the numbers at the greatest coordinate. */
-#define SLACK_SPACINGS 16
-
-static void set3(double out[3], double x, double y, double z) { out[0] = x, out[1] = y, out[2] = z; }
-static void set_vec(double out[3], Vec3 v) { set3(out, v.x, v.y, v.z); }
-
-static QuadSolid sphere(double x, double y, double z, double radius)
-{
-    return (QuadSolid){.at = {x, y, z}, .size = {radius, radius, radius}, .kd = {0.8, 0.6, 0.4}};
-}
-
-static QuadSolid box(double x, double y, double z, double w, double h, double l)
-{
-    return (QuadSolid){.box = true, .at = {x, y, z}, .size = {w, h, l}, .kd = {0.4, 0.7, 0.5}};
-}
-
 /* A floor whose top is y = 0, a sphere over it, and a smaller one. */
 static QuadScene ball_on_floor(Rng *rng)
 {
     QuadScene s = {.solids = 3, .ambient = {0.02, 0.02, 0.02}, .background = {0, 0, 0.5}, .up = {0, 1, 0},
-                   .fov_deg = 40, .width = WIDTH, .height = HEIGHT, .max_depth = 4, .slack = SLACK_SPACINGS * 0x1p-49};
+                   .fov_deg = 40, .width = WIDTH, .height = HEIGHT, .max_depth = 4, .slack = QUAD_SPACINGS * 0x1p-49};
     double r = uniform(rng, 0.5, 1.5);
-    s.solid[0] = box(-6, -1, -6, 12, 1, 12);
-    s.solid[1] = sphere(uniform(rng, -1, 1), r + uniform(rng, 0, 0.5), uniform(rng, -1, 1), r);
-    s.solid[2] = sphere(uniform(rng, -3, 3), 0.25, uniform(rng, 1.5, 4), 0.25);
-    set3(s.eye, uniform(rng, -4, 4), uniform(rng, 0.5, 5), uniform(rng, 5, 7));
+    s.solid[0] = quad_box(-6, -1, -6, 12, 1, 12);
+    s.solid[1] = quad_sphere(uniform(rng, -1, 1), r + uniform(rng, 0, 0.5), uniform(rng, -1, 1), r);
+    s.solid[2] = quad_sphere(uniform(rng, -3, 3), 0.25, uniform(rng, 1.5, 4), 0.25);
+    s.solid[0].making = rng_u32(rng) % 3;
+    s.solid[1].making = rng_u32(rng) % 2 ? MADE_PLAIN : MADE_CSG;
+    quad_set3(s.eye, uniform(rng, -4, 4), uniform(rng, 0.5, 5), uniform(rng, 5, 7));
     return s;
-}
-
-static void look_at(QuadScene *s, Vec3 p) { set3(s->view, p.x - s->eye[0], p.y - s->eye[1], p.z - s->eye[2]); }
-
-static void add_light(QuadScene *s, Vec3 at, double brightness, double c0, double c1, double c2)
-{
-    QuadLight *l = &s->light[s->lights++];
-    set_vec(l->at, at);
-    set3(l->colour, brightness, brightness, brightness);
-    set3(l->falloff, c0, c1, c2);
 }
 
 static Vec3 centre(const QuadSolid *s) { return vec3_make(s->at[0], s->at[1], s->at[2]); }
@@ -64,16 +40,16 @@ static void terminator(Row *row, uint64_t trials)
         if (toward.y < 0) toward.y = -toward.y;
         double r = ball->size[0], far = uniform(&rng, 2, 8), brightness = pow(10, uniform(&rng, 0, 10));
         Vec3 light = vec3_at(centre(ball), r + far, toward);
-        add_light(&s, light, brightness, 1, 0, 0);
+        quad_add_light(&s, light, brightness, 1, 0, 0);
         /* n with n.(light - p) = 0: the light's cosine at the centre is r / distance. */
         Vec3 side = vec3_normalize(vec3_cross(toward, random_direction(&rng)));
         double cosine = r / (r + far), sine = sqrt(1 - cosine * cosine);
         Vec3 normal = vec3_add(vec3_scale(toward, cosine), vec3_scale(side, sine));
         Vec3 p = vec3_at(centre(ball), r, normal);
         Vec3 off = vec3_normalize(vec3_add(normal, vec3_scale(random_direction(&rng), 0.7)));
-        set_vec(s.eye, vec3_at(p, uniform(&rng, 0.5, 5), off));
+        quad_set_vec(s.eye, vec3_at(p, uniform(&rng, 0.5, 5), off));
         if (s.eye[1] < 0.01) s.eye[1] = 0.01;
-        look_at(&s, p);
+        quad_look_at(&s, p);
         s.fov_deg = pow(10, uniform(&rng, -4, 1.7));
         s.turn = s.slack;
         char what[100];
@@ -99,8 +75,8 @@ static void light_in_odd_place(Row *row, uint64_t trials)
                   : i % 6 == 3 ? vec3_at(c, r * uniform(&rng, 0.1, 0.999), on)
                   : i % 6 == 4 ? vec3_make(on.x, -0.5 + on.y * 0.4, on.z)
                                : c;
-        add_light(&s, at, 1, uniform(&rng, 0.5, 1), 0, uniform(&rng, 0, 0.1));
-        look_at(&s, vec3_add(c, vec3_scale(random_direction(&rng), 0.3)));
+        quad_add_light(&s, at, 1, uniform(&rng, 0.5, 1), 0, uniform(&rng, 0, 0.1));
+        quad_look_at(&s, vec3_add(c, vec3_scale(random_direction(&rng), 0.3)));
         s.turn = s.slack;
         char what[100];
         snprintf(what, sizeof what, "picture %llu, light %s", (unsigned long long)i, places[i % 6]);
@@ -120,12 +96,12 @@ static void light_near_or_far(Row *row, uint64_t trials)
         Vec3 on = random_direction(&rng);
         if (on.y < 0) on.y = -on.y;
         if (i % 3 == 0)
-            add_light(&s, vec3_make(uniform(&rng, -2, 2), height, uniform(&rng, 1, 4)), 0.01 / height, 1, 0, 0);
+            quad_add_light(&s, vec3_make(uniform(&rng, -2, 2), height, uniform(&rng, 1, 4)), 0.01 / height, 1, 0, 0);
         else if (i % 3 == 1)
-            add_light(&s, vec3_at(centre(ball), ball->size[0] + height, on), 1, 0, 0, i % 2 ? 1 : 0.001);
+            quad_add_light(&s, vec3_at(centre(ball), ball->size[0] + height, on), 1, 0, 0, i % 2 ? 1 : 0.001);
         else
-            add_light(&s, vec3_scale(on, far), 1, 1, i % 2 ? 0 : 1 / far, 0);
-        look_at(&s, centre(ball));
+            quad_add_light(&s, vec3_scale(on, far), 1, 1, i % 2 ? 0 : 1 / far, 0);
+        quad_look_at(&s, centre(ball));
         s.turn = s.slack;
         char what[100];
         snprintf(what, sizeof what, "picture %llu, light %.1e %s", (unsigned long long)i, i % 3 == 2 ? far : height,
@@ -146,8 +122,8 @@ static void parallel_mirrors(Row *row, uint64_t trials)
         QuadScene s = {.solids = 2, .ambient = {1, 1, 1}, .background = {1, 0, 1}, .eye = {0, 0, 0}, .view = {1, 0, 0},
                        .up = {0, 1, 0}, .fov_deg = 1, .width = 4, .height = 4,
                        .max_depth = i % 2 ? 50 : rng_u32(&rng) % 51};
-        s.solid[0] = box(uniform(&rng, 1, 9), -1e6, -1e6, 1, 2e6, 2e6);
-        s.solid[1] = box(-uniform(&rng, 2, 9), -1e6, -1e6, 1, 2e6, 2e6);
+        s.solid[0] = quad_box(uniform(&rng, 1, 9), -1e6, -1e6, 1, 2e6, 2e6);
+        s.solid[1] = quad_box(-uniform(&rng, 2, 9), -1e6, -1e6, 1, 2e6, 2e6);
         for (int k = 0; k < 3; k++) {
             s.solid[0].kd[k] = uniform(&rng, 0, 1);
             s.solid[1].kd[k] = uniform(&rng, 0, 1);
@@ -176,7 +152,7 @@ static void mirror_cavity(Row *row, uint64_t trials)
     for (uint64_t i = 0, n = pictures(trials); i < n; i++) {
         QuadScene s = {.solids = 1, .ambient = {0.3, 0.3, 0.3}, .background = {1, 0, 1}, .up = {0, 1, 0},
                        .fov_deg = uniform(&rng, 10, 120), .width = WIDTH, .height = HEIGHT, .max_depth = i % 4 < 2 ? 50 : rng_u32(&rng) % 50,
-                       .slack = SLACK_SPACINGS * 0x1p-50};
+                       .slack = QUAD_SPACINGS * 0x1p-50};
         bool room = i % 2 == 0;
         if (room) {
             s.solids = 6;
@@ -184,17 +160,17 @@ static void mirror_cavity(Row *row, uint64_t trials)
                 double at[3] = {-3, -3, -3}, size[3] = {6, 6, 6};
                 at[side / 2] = side % 2 ? 2 : -3;
                 size[side / 2] = 1;
-                s.solid[side] = box(at[0], at[1], at[2], size[0], size[1], size[2]);
+                s.solid[side] = quad_box(at[0], at[1], at[2], size[0], size[1], size[2]);
                 for (int k = 0; k < 3; k++) s.solid[side].kd[k] = uniform(&rng, 0, 1);
             }
         } else {
-            s.solid[0] = sphere(0, 0, 0, 2);
+            s.solid[0] = quad_sphere(0, 0, 0, 2);
         }
         double mirror = i % 3 < 2 ? uniform(&rng, 0.8, 1) : 1;
         for (int k = 0; k < s.solids; k++) s.solid[k].mirror = (float)mirror;
-        set_vec(s.eye, vec3_scale(random_direction(&rng), 1.5));
-        set_vec(s.view, random_direction(&rng));
-        add_light(&s, vec3_scale(random_direction(&rng), 1), 0.7, 0.5, 0, 0.1);
+        quad_set_vec(s.eye, vec3_scale(random_direction(&rng), 1.5));
+        quad_set_vec(s.view, random_direction(&rng));
+        quad_add_light(&s, vec3_scale(random_direction(&rng), 1), 0.7, 0.5, 0, 0.1);
         /* What is off by the slack at first is off by 100 times that after 50 mirrors. */
         s.slack *= 100;
         s.turn = s.slack;

@@ -63,6 +63,29 @@ void q_sincos(Quad x, Quad *sine, Quad *cosine)
     *cosine = c;
 }
 
+void quad_set3(double out[3], double x, double y, double z) { out[0] = x, out[1] = y, out[2] = z; }
+void quad_set_vec(double out[3], Vec3 v) { quad_set3(out, v.x, v.y, v.z); }
+
+QuadSolid quad_sphere(double x, double y, double z, double radius)
+{
+    return (QuadSolid){.at = {x, y, z}, .size = {radius, radius, radius}, .kd = {0.8, 0.6, 0.4}};
+}
+
+QuadSolid quad_box(double x, double y, double z, double w, double h, double l)
+{
+    return (QuadSolid){.box = true, .at = {x, y, z}, .size = {w, h, l}, .kd = {0.4, 0.7, 0.5}};
+}
+
+void quad_look_at(QuadScene *s, Vec3 p) { quad_set3(s->view, p.x - s->eye[0], p.y - s->eye[1], p.z - s->eye[2]); }
+
+void quad_add_light(QuadScene *s, Vec3 at, double brightness, double c0, double c1, double c2)
+{
+    QuadLight *l = &s->light[s->lights++];
+    quad_set_vec(l->at, at);
+    quad_set3(l->colour, brightness, brightness, brightness);
+    quad_set3(l->falloff, c0, c1, c2);
+}
+
 /* ---- geometry ---- */
 
 /* The two crossings of the line, and the axis of each on a box; false if it misses. */
@@ -264,16 +287,49 @@ uint64_t quad_scene_compare(Row *row, const QuadScene *scene, const Picture *pic
 
 static void write_triple(FILE *out, const double v[3]) { fprintf(out, "{%a, %a, %a}", v[0], v[1], v[2]); }
 
+/* A primitive of so many times the size about the same middle. */
+static void write_primitive(FILE *out, const QuadSolid *s, const char *variable, double times)
+{
+    double middle[3], size[3], at[3];
+    for (int k = 0; k < 3; k++) {
+        size[k] = s->size[s->box ? k : 0] * times;
+        middle[k] = s->box ? s->at[k] + s->size[k] / 2 : s->at[k];
+        at[k] = times == 1 ? s->at[k] : s->box ? middle[k] - size[k] / 2 : middle[k];
+    }
+    fprintf(out, "%s = gr.%s('solid')\n", variable, s->box ? "cube" : "sphere");
+    fprintf(out, "%s:scale(%a, %a, %a)\n", variable, size[0], size[1], size[2]);
+    fprintf(out, "%s:translate(%a, %a, %a)\n", variable, at[0], at[1], at[2]);
+}
+
+static void write_mesh(FILE *out, const QuadSolid *s)
+{
+    fputs("n = gr.mesh('solid', {", out);
+    for (int i = 0; i < 8; i++) {
+        double p[3];
+        for (int k = 0; k < 3; k++) p[k] = s->at[k] + (i >> k & 1 ? s->size[k] : 0);
+        write_triple(out, p);
+        fputs(", ", out);
+    }
+    fputs("}, {{0,2,3,1}, {4,5,7,6}, {0,1,5,4}, {2,6,7,3}, {0,4,6,2}, {1,3,7,5}})\n", out);
+}
+
 static void write_solid(FILE *out, const QuadSolid *s)
 {
     const double none[3] = {0, 0, 0};
-    fprintf(out, "n = gr.%s('solid')\nn:set_material(gr.reflective_material(", s->box ? "cube" : "sphere");
+    if (s->making == MADE_MESH)
+        write_mesh(out, s);
+    else
+        write_primitive(out, s, "n", 1);
+    fputs("n:set_material(gr.reflective_material(", out);
     write_triple(out, s->kd);
     fputs(", ", out);
     write_triple(out, none);
     fprintf(out, ", 1, %a))\n", s->mirror);
-    fprintf(out, "n:scale(%a, %a, %a)\n", s->size[0], s->size[s->box ? 1 : 0], s->size[s->box ? 2 : 0]);
-    fprintf(out, "n:translate(%a, %a, %a)\nroot:add_child(n)\n", s->at[0], s->at[1], s->at[2]);
+    if (s->making == MADE_CSG) {
+        write_primitive(out, s, "inner", 0.5);
+        fputs("inner:set_material(gr.material({1, 0, 1}, {0, 0, 0}, 1))\nn = gr.union('both', n, inner)\n", out);
+    }
+    fputs("root:add_child(n)\n", out);
 }
 
 Picture quad_scene_picture(const QuadScene *s)
@@ -282,7 +338,7 @@ Picture quad_scene_picture(const QuadScene *s)
     size_t size;
     FILE *out = open_memstream(&text, &size);
     CHECK(out);
-    fputs("local root, lights, n = gr.node('root'), {}, nil\n", out);
+    fputs("local root, lights, n, inner = gr.node('root'), {}, nil, nil\n", out);
     for (int i = 0; i < s->solids; i++) write_solid(out, &s->solid[i]);
     for (int i = 0; i < s->lights; i++) {
         fputs("lights[#lights + 1] = gr.light(", out);

@@ -8,8 +8,13 @@
 
 enum { QUAD_SOLIDS = 12, QUAD_LIGHTS = 2 };
 
+/* What the script makes of a solid: the primitive, a mesh of 12 triangles (boxes only), the primitive united with one of
+ * half its size in its middle. */
+typedef enum { MADE_PLAIN, MADE_MESH, MADE_CSG } QuadMaking;
+
 typedef struct {
     bool box;            /* otherwise a sphere */
+    QuadMaking making;
     double at[3];        /* a box' least corner, a sphere's centre */
     double size[3];      /* a box' sides; a sphere's radius is size[0] */
     double kd[3], mirror;
@@ -28,6 +33,18 @@ typedef struct {
     double slack;        /* how far roundings may move a surface, a light or the eye */
     double turn;         /* by what angle they may turn the camera */
 } QuadScene;
+
+/* How far roundings move a surface, in spacings of the numbers at the greatest coordinate: the inverse's translation (7
+ * roundings of products that add up to the coordinate), the ray's origin carried by it (4, of twice the coordinate) and the
+ * hit carried back (4, of twice): 23 roundings, each half a spacing or less; sqrt(3) for three axes makes 20. */
+#define QUAD_SPACINGS 20
+
+void quad_set3(double out[3], double x, double y, double z);
+void quad_set_vec(double out[3], Vec3 v);
+QuadSolid quad_sphere(double x, double y, double z, double radius);
+QuadSolid quad_box(double x, double y, double z, double w, double h, double l);
+void quad_look_at(QuadScene *s, Vec3 p);
+void quad_add_light(QuadScene *s, Vec3 at, double brightness, double c0, double c1, double c2);
 
 /* Sine and cosine to about 110 bits, |x| at most 4. */
 void q_sincos(Quad x, Quad *sine, Quad *cosine);

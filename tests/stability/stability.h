@@ -25,6 +25,7 @@ typedef struct {
 } StabilityCase;
 
 /* The tables of cases_*.c, each ended by a row without a name. */
-extern const StabilityCase primitive_cases[], mesh_cases[], csg_cases[], picture_cases[], shade_cases[];
+extern const StabilityCase primitive_cases[], mesh_cases[], csg_cases[], picture_cases[], shade_cases[],
+    far_cases[];
 
 #endif
