@@ -366,11 +366,15 @@ Picture quad_scene_picture(const QuadScene *s)
     return picture;
 }
 
-void quad_scene_check(Row *row, const QuadScene *scene, double undecided, const char *what)
+void quad_scene_check(Row *row, const QuadScene *scene, uint64_t *undecided, const char *what)
 {
     Picture picture = quad_scene_picture(scene);
-    uint64_t n = quad_scene_compare(row, scene, &picture, what);
+    *undecided += quad_scene_compare(row, scene, &picture, what);
     picture_free(&picture);
-    row_trial(row, (double)n <= undecided * scene->width * scene->height, "%.60s: %llu pixels are undecided", what,
-              (unsigned long long)n);
+}
+
+void quad_scene_decided(Row *row, uint64_t undecided, double share)
+{
+    row_trial(row, (double)undecided <= share * (double)row->trials, "%llu of %llu pixels were undecided",
+              (unsigned long long)undecided, (unsigned long long)row->trials);
 }

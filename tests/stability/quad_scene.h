@@ -56,7 +56,10 @@ Picture quad_scene_picture(const QuadScene *scene);
  * colour, between those. Returns the number of pixels that needed the interval. */
 uint64_t quad_scene_compare(Row *row, const QuadScene *scene, const Picture *picture, const char *what);
 
-/* Both, and a trial more: no more than a share of the pixels needed the interval. */
-void quad_scene_check(Row *row, const QuadScene *scene, double undecided, const char *what);
+/* Both; the number is added to *undecided. */
+void quad_scene_check(Row *row, const QuadScene *scene, uint64_t *undecided, const char *what);
+
+/* A trial at a row's end: no more than a share of its pixels needed the interval. */
+void quad_scene_decided(Row *row, uint64_t undecided, double share);
 
 #endif
