@@ -49,7 +49,7 @@ Quad q_pi(void) { return (Quad)0x1.921fb54442d18p+1 + (Quad)0x1.1a62633145c07p-5
 void q_sincos(Quad x, Quad *sine, Quad *cosine)
 {
     Quad term = 1, s = 0, c = 0;
-    for (int n = 0; n < 80; n += 4) {
+    for (int n = 0; n < 52; n += 4) {
         c += term;
         term *= x / (n + 1);
         s += term;
