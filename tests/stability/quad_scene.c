@@ -158,15 +158,24 @@ static bool is_shaded(const View *view, int own, Q3 p, Q3 to_light, Quad distanc
 
 static Quad falloff(const QuadLight *l, Quad d) { return l->falloff[0] + l->falloff[1] * d + l->falloff[2] * d * d; }
 
-static void add_light(View *view, const QuadLight *l, const QuadSolid *s, const QuadHit *hit, Q3 p, Quad weight, Quad colour[3])
+/* By what angle a sphere's normal may be turned where the ray or the surface is off by the slack: its cosine c against the
+ * ray has c^2 = 1 - (b/r)^2, b the ray's distance from the centre. */
+static Quad normal_turn(const View *view, const QuadSolid *s, const QuadHit *hit, Q3 d)
+{
+    if (s->box) return 0;
+    Quad share = view->scene->slack / s->size[0], c = q_abs(dot(hit->normal, d)) / length(d);
+    return share + q_sqrt(c * c + 4 * share) - c;
+}
+
+static void add_light(View *view, const QuadLight *l, const QuadSolid *s, const QuadHit *hit, Q3 p, Quad normal_turn,
+                      Quad weight, Quad colour[3])
 {
     Quad slack = view->scene->slack;
     Q3 to_light = sub(q3(l->at), p);
     Quad d = length(to_light);
     if (d == 0) return;
     Quad n_l = dot(hit->normal, to_light) / d;
-    /* A surface or a light that is off by the slack turns n and l by so much. */
-    Quad turned = (s->box ? 0 : slack / s->size[0]) + slack / d;
+    Quad turned = normal_turn + slack / d;
     if (n_l + turned <= 0) return;
     Quad fall = falloff(l, d), most = q_max(0, n_l) / fall * (2 * slack / d + FLOAT_ROUNDING) + turned / fall;
     for (int k = 0; k < 3; k++) view->tolerance = q_max(view->tolerance, weight * s->kd[k] * l->colour[k] * most);
@@ -183,7 +192,8 @@ static bool trace(View *view, Q3 o, Q3 d, uint32_t depth, Quad weight, Quad colo
     const QuadSolid *s = &scene->solid[hit.solid];
     Q3 p = at(o, hit.t, d);
     for (int k = 0; k < 3; k++) colour[k] = (Quad)scene->ambient[k] * s->kd[k];
-    for (int i = 0; i < scene->lights; i++) add_light(view, &scene->light[i], s, &hit, p, weight, colour);
+    Quad turn = normal_turn(view, s, &hit, d);
+    for (int i = 0; i < scene->lights; i++) add_light(view, &scene->light[i], s, &hit, p, turn, weight, colour);
     if (s->mirror == 0 || depth == scene->max_depth) return true;
     Quad seen[3];
     Q3 mirrored = at(d, -2 * dot(d, hit.normal), hit.normal);
