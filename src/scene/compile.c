@@ -758,7 +758,7 @@ static double products_difference(double a, double b, double c, double d)
     return fma(a, b, -cd) + fma(-c, d, cd);
 }
 
-/* The cross product of vectors of any length, to a few roundings however near to parallel they are, times a power of two. */
+/* The cross product of vectors of any length times a power of two, to a few roundings however near to parallel they are. */
 static Vec3 cross_of_any(Vec3 a, Vec3 b)
 {
     a = vec3_scale(a, vec3_pow2_scale(a));

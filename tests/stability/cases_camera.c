@@ -105,7 +105,7 @@ static void up_near_view(Row *row, uint64_t trials)
         snprintf(what, sizeof what, "picture %llu, up 1e-%g from view", (unsigned long long)i, k);
         Picture picture = quad_scene_picture(&s);
         if (k > 14 && !picture.rgb)
-            row_trial(row, strstr(picture.err.text, "stability_quad.lua:") && strstr(picture.err.text, ": gr.render: up is parallel to view"),
+            row_trial(row, strstr(picture.err.text, "stability_quad.lua:") && strstr(picture.err.text, ": up is parallel to view"),
                       "%s: %s", what, picture.err.text);
         else if (k > 15)
             row_trial(row, false, "%s: no error", what);

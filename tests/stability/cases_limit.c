@@ -139,7 +139,8 @@ static void judge_mountain(Row *row, Rng *rng, double roughness, uint32_t n)
     for (uint32_t i = 0; i < m->position_count; i++) {
         Vec3 p = m->position[i];
         greatest = fmax(greatest, p.y);
-        row_trial(row, isfinite(p.x) && isfinite(p.y) && isfinite(p.z), "roughness %g, %u subdivisions: vertex %u", roughness, n, i);
+        row_trial(row, isfinite(p.x) && isfinite(p.y) && isfinite(p.z), "roughness %g, %u subdivisions: vertex %u",
+                  roughness, n, i);
     }
     row_trial(row, peak == greatest, "roughness %g, %u subdivisions: peak %g of %g", roughness, n, peak, greatest);
     if (roughness < 1e-300) judge_smooth(row, m, w, h, l, n);
