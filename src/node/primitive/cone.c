@@ -159,6 +159,14 @@ static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scrat
     return convex_intersect(&SHAPE, ray, hit);
 }
 
+static bool occluded(const Prim *prim, const Ray *ray, Scratch *scratch)
+{
+    Hit hit;
+    bool blocked;
+    if (convex_guess_decides(&SHAPE, ray, &blocked)) return blocked;
+    return intersect(prim, ray, &hit, scratch);
+}
+
 static bool segments(const Prim *prim, const Ray *ray, SegList *list)
 {
     (void)prim;
@@ -187,7 +195,7 @@ static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *s
 
 static const PrimOps OPS = {
     .name = "cone", .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect,
-    .segments = segments, .surface = surface,
+    .occluded = occluded, .segments = segments, .surface = surface,
 };
 
 Prim *cone_create(void)

@@ -119,7 +119,16 @@ static Box bounds_in(const Prim *prim, const Affine *map)
 static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scratch)
 {
     (void)prim, (void)scratch;
-    return convex_intersect(&SHAPE, ray, hit);
+    return !quadric_departs(ray, SIGNS, -1) && convex_intersect(&SHAPE, ray, hit);
+}
+
+static bool occluded(const Prim *prim, const Ray *ray, Scratch *scratch)
+{
+    Hit hit;
+    bool blocked;
+    if (quadric_departs(ray, SIGNS, -1)) return false;
+    if (convex_guess_decides(&SHAPE, ray, &blocked)) return blocked;
+    return intersect(prim, ray, &hit, scratch);
 }
 
 static bool segments(const Prim *prim, const Ray *ray, SegList *list)
@@ -150,7 +159,7 @@ static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *s
 
 static const PrimOps OPS = {
     .name = "cylinder", .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect,
-    .segments = segments, .surface = surface,
+    .occluded = occluded, .segments = segments, .surface = surface,
 };
 
 Prim *cylinder_create(void)

@@ -125,6 +125,20 @@ static inline Crossing quadric_refine(const Ray *ray, Vec3 s, double k, double t
     return (Crossing){sum.hi, sum.lo, GAMMA(1) * fabs(sum.hi) + err, part};
 }
 
+/* Whether a ray starts outside s.x x^2 + s.y y^2 + s.z z^2 + k = 0 (no s negative) and moves away, so that it never meets
+ * it: from there on a sum of squares only grows. So do most rays that leave the surface toward a light, whose crossing
+ * behind them is too near 0 for any but the certain way. False where rounding (GAMMA(4) of the terms; for products that
+ * underflow 3 2^-1075) leaves a doubt. */
+static inline bool quadric_departs(const Ray *ray, Vec3 s, double k)
+{
+    Vec3 o = ray->o, d = ray->d;
+    Vec3 square = vec3_make(s.x * o.x * o.x, s.y * o.y * o.y, s.z * o.z * o.z);
+    Vec3 slope = vec3_make(s.x * o.x * d.x, s.y * o.y * d.y, s.z * o.z * d.z), size = vec3_abs(slope);
+    double squares = square.x + square.y + square.z;
+    return ray->tmin >= 0 && squares + k > GAMMA(4) * squares &&
+           slope.x + slope.y + slope.z > GAMMA(4) * (size.x + size.y + size.z) + 0x1p-1073;
+}
+
 /* -- convex solids -- */
 
 /* The two crossings in double precision. */
@@ -174,6 +188,19 @@ __attribute__((always_inline)) static inline bool convex_intersect(const Convex 
         }
     }
     return false;
+}
+
+/* Whether the guess alone tells if the ray meets anything; *blocked gets what it tells. */
+__attribute__((always_inline)) static inline bool convex_guess_decides(const Convex *shape, const Ray *ray, bool *blocked)
+{
+    Guess guess;
+    *blocked = false;
+    if (!shape->guess(ray, &guess)) return true;
+    if (!guess.sure) return false;
+    double in = guess.t[0], out = guess.t[1], slack = guess.slack;
+    if (out + slack < ray->tmin || in - slack > ray->tmax) return true;
+    *blocked = (in - slack > ray->tmin && in + slack <= ray->tmax) || (out - slack > ray->tmin && out + slack <= ray->tmax);
+    return *blocked;
 }
 
 __attribute__((always_inline)) static inline bool convex_segments(const Convex *shape, const Ray *ray, SegList *list)
