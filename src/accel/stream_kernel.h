@@ -916,14 +916,33 @@ static inline __attribute__((always_inline)) void trace(Walk *w, bool any)
     }
 }
 
+/* Computes all the nearest hits in double: the triangles' corners are fetched ahead, first their numbers. */
+static void settle_all(Walk *w)
+{
+    const uint32_t *corner[GROUP];
+    const Vec3 *position[GROUP];
+    uint32_t lane[GROUP], n = 0;
+    for (uint32_t i = 0; i < w->count; i++) {
+        if (w->object[i] == HIT_NONE || (w->exact >> i & 1)) continue;
+        const MeshPrim *mesh = mesh_of(w, w->object[i]);
+        corner[n] = mesh->triangle[w->triangle[i]];
+        position[n] = mesh->position;
+        __builtin_prefetch(corner[n]);
+        lane[n++] = i;
+    }
+    for (uint32_t k = 0; k < n; k++)
+        for (int j = 0; j < 3; j++) __builtin_prefetch(&position[k][corner[k][j]]);
+    for (uint32_t k = 0; k < n; k++) settle(w, lane[k]);
+}
+
 static void take_hits(Walk *w, Hit *hits)
 {
+    settle_all(w);
     for (uint32_t i = 0; i < w->count; i++) {
         if (w->object[i] == HIT_NONE) {
             hits[i] = (Hit){.t = w->ray[i].tmax, .object = HIT_NONE};
             continue;
         }
-        settle(w, i);
         const MeshPrim *mesh = mesh_of(w, w->object[i]);
         if (mesh) w->hit[i].leaf = part_of(mesh, w->hit[i].part);
         hits[i] = w->hit[i];
