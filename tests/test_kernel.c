@@ -133,7 +133,7 @@ static uint32_t kernels(const Kernel *list[3])
     uint32_t n = 0;
     list[n++] = &kernel_packet;
 #if defined(__x86_64__)
-    if (__builtin_cpu_supports("avx2")) list[n++] = &kernel_avx2;
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) list[n++] = &kernel_avx2;
 #endif
     return n;
 }

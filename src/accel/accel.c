@@ -5,7 +5,7 @@
 const Kernel *kernel_best(void)
 {
 #if defined(__x86_64__)
-    if (__builtin_cpu_supports("avx2")) return &kernel_avx2;
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) return &kernel_avx2;
 #endif
     return &kernel_packet;
 }

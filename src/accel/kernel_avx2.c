@@ -2,9 +2,9 @@
  * sum are fused (-ffp-contract=off), and hits are decided by the same operations in double as in any other kernel. */
 #if defined(__x86_64__)
 #if defined(__clang__)
-#pragma clang attribute push(__attribute__((target("avx2"))), apply_to = function)
+#pragma clang attribute push(__attribute__((target("avx2,fma"))), apply_to = function)
 #else
-#pragma GCC target("avx2")
+#pragma GCC target("avx2,fma")
 #endif
 
 #define PACKET_LANES 8

@@ -1,22 +1,15 @@
-/* What a mesh primitive is made of, and its triangle test, for those who walk it: mesh_prim.c with single rays and whole
- * lines, the kernels with packets.
+/* What a mesh primitive is made of, and how a ray asks its triangles, for those who walk it: mesh_prim.c with single rays
+ * and whole lines, the kernels with packets.
  *
- * The triangle test is that of Woop, Benthin, Wald, "Watertight ray/triangle intersection" (JCGT 2013), in double
- * precision: vertices are translated to the ray's origin and sheared so that the ray runs along an axis; three
- * 2D edge functions decide. Their signs are made exact (a product that cancels to zero is looked at again without
- * rounding), and a sign that is exactly zero is settled as if the ray were moved by an infinitesimal (e, e^2), as in
- * Edelsbrunner, Muecke, "Simulation of simplicity" (1990). A sheared vertex depends on the ray and the vertex only, so
- * a ray that meets a closed mesh at an edge or a vertex crosses exactly one of the triangles there on each way through:
- * no leaks, no double hits, and parity is exact, as CSG needs.
- *
- * Before it, four triangles at a time pass a filter in float, Moeller, Trumbore, "Fast, minimum storage ray/triangle
- * intersection" (1997), with margins for its rounding: it may let through what misses, never stop what hits. */
+ * Before the test of triangle.h, four triangles at a time pass a filter in float, Moeller, Trumbore, "Fast, minimum storage
+ * ray/triangle intersection" (1997), with margins for its rounding: it may let through what misses, never stop what
+ * hits. */
 #ifndef RT_ACCEL_MESH_DATA_H
 #define RT_ACCEL_MESH_DATA_H
 
 #include "accel/mesh_prim.h"
 #include "accel/traverse.h"
-#include "common/numeric.h"
+#include "accel/triangle.h"
 
 /* A leaf is one block. */
 enum { BLOCK = 4 };
@@ -59,78 +52,6 @@ typedef struct {
     Vec3 *own_position;      /* baked: what position and triangle point at */
     uint32_t (*own_triangle)[3];
 } MeshPrim;
-
-/* The ray along +z: x' = x - shear_x z and so on, axes permuted so that z is the direction's greatest component. */
-typedef struct { int kx, ky, kz; double sx, sy, sz; Vec3 o; } Shear;
-
-static inline Shear shear_of(const Ray *ray)
-{
-    Vec3 d = ray->d, a = vec3_abs(d);
-    Shear s;
-    s.kz = a.x >= a.y ? (a.x >= a.z ? 0 : 2) : (a.y >= a.z ? 1 : 2);
-    s.kx = (s.kz + 1) % 3;
-    s.ky = (s.kz + 2) % 3;
-    double dz = vec3_get(d, s.kz);
-    s.sx = vec3_get(d, s.kx) / dz;
-    s.sy = vec3_get(d, s.ky) / dz;
-    s.sz = 1.0 / dz;
-    s.o = ray->o;
-    return s;
-}
-
-typedef struct { double x, y, z; } Sheared;
-
-static inline Sheared shear(const Shear *s, const Vec3 *vertex)
-{
-    const double *p = &vertex->x, *o = &s->o.x;
-    double z = p[s->kz] - o[s->kz];
-    return (Sheared){p[s->kx] - o[s->kx] - s->sx * z, p[s->ky] - o[s->ky] - s->sy * z, z};
-}
-
-/* The sign of p.x q.y - p.y q.x for an exact difference of products whose roundings are equal, then by the
- * infinitesimal shift (e, e^2) of the origin: -1, 0 (the edge is a point) or 1. Antisymmetric in p and q. */
-static inline int tie_sign(Sheared p, Sheared q)
-{
-    double a = p.x * q.y, b = p.y * q.x;
-    double ra = fma(p.x, q.y, -a), rb = fma(p.y, q.x, -b);
-    double d = ra - rb;
-    if (d == 0) d = p.y - q.y;
-    if (d == 0) d = q.x - p.x;
-    return (d > 0) - (d < 0);
-}
-
-/* Twice the signed area of the triangle (0, p, q); its sign, never wrong, in *sign. */
-static inline double edge_function(Sheared p, Sheared q, int *sign)
-{
-    double e = p.x * q.y - p.y * q.x;
-    *sign = e > 0 ? 1 : e < 0 ? -1 : tie_sign(p, q);
-    return e;
-}
-
-/* t and the weights of the second and third vertex. On an edge that is seen end on nothing is hit. */
-static inline bool hit_triangle(const Shear *s, const Vec3 *a, const Vec3 *b, const Vec3 *c, double *t, double *u,
-                                double *v, int *facing)
-{
-    Sheared A = shear(s, a), B = shear(s, b), C = shear(s, c);
-    int su, sv, sw;
-    double eu = edge_function(C, B, &su);
-    double ev = edge_function(A, C, &sv);
-    if (su != sv) return false;
-    double ew = edge_function(B, A, &sw);
-    if (su != sw || su == 0) return false;
-    double det = eu + ev + ew;
-    if (det == 0) {  /* the origin's shift decided all three: the triangle is seen edge on, or all but */
-        *u = *v = 1.0 / 3;
-        *t = (A.z + B.z + C.z) / 3 * s->sz;
-    } else {
-        double r = 1.0 / det;
-        *u = ev * r;
-        *v = ew * r;
-        *t = (eu * A.z + ev * B.z + ew * C.z) * r * s->sz;
-    }
-    *facing = su;
-    return true;
-}
 
 /* What the filter needs of a ray. The direction is the slabs' one, about 1 long, and so are the units of t. */
 typedef struct { float o[3], d[3], reach; } FilterRay;
@@ -188,27 +109,40 @@ static inline uint32_t filter_block(const MeshBlock *b, const FilterRay *r, floa
     return ~int4_mask(misses) & all;
 }
 
-static inline bool test_triangle(MeshRay *r, uint32_t index, double *t, double *u, double *v, int *facing)
+/* How the ray's line crosses a triangle of the mesh, whose corners go to p; false if it passes it. */
+static inline bool cut_of_mesh(MeshRay *r, uint32_t index, const Vec3 *p[3], TriangleCut *cut)
 {
     if (!r->sheared) r->shear = shear_of(r->ray);
     r->sheared = true;
     const uint32_t *k = r->mesh->triangle[index];
-    const Vec3 *p = r->mesh->position;
-    return hit_triangle(&r->shear, &p[k[0]], &p[k[1]], &p[k[2]], t, u, v, facing);
+    for (int i = 0; i < 3; i++) p[i] = &r->mesh->position[k[i]];
+    return triangle_cut(&r->shear, p[0], p[1], p[2], cut);
 }
 
-/* Looks for a nearer hit among the triangles of a block; tmax is c->tmax, rounded up, in the slabs' units. */
+/* Whether the ray, ending at r->tmax, meets a triangle that its line crosses; if so, *t is where. */
+static inline bool meets_triangle(const MeshRay *r, const Vec3 *const p[3], const TriangleCut *cut, TriangleSpan span, double *t)
+{
+    double from = r->ray->tmin, err;
+    if (span.lo > r->tmax || !(span.hi > from)) return false;
+    if (from >= 0 && span.lo <= from && triangle_behind(&r->shear, p[0], p[1], p[2], cut)) return false;
+    *t = triangle_t(&r->shear, p[0], p[1], p[2], span, &err);
+    return *t > from && *t <= r->tmax;
+}
+
+/* Looks for a nearer hit among the triangles of a block; tmax is r->tmax, rounded up, in the slabs' units. */
 static inline bool nearer_in_block(MeshRay *r, uint32_t block, uint32_t count, float tmax)
 {
     const MeshBlock *b = &r->mesh->block[block];
     bool nearer = false;
     for (uint32_t mask = filter_block(b, &r->filter, tmax, false, count); mask; mask &= mask - 1) {
         uint32_t index = b->triangle[__builtin_ctz(mask)];
-        double t, u, v;
-        int facing;
-        if (!test_triangle(r, index, &t, &u, &v, &facing) || !(t > r->ray->tmin && t <= r->tmax)) continue;
+        const Vec3 *p[3];
+        TriangleCut cut;
+        double t;
+        if (!cut_of_mesh(r, index, p, &cut) || !meets_triangle(r, p, &cut, triangle_span(&r->shear, &cut), &t)) continue;
         if (r->found && t == r->tmax && index > r->hit.part) continue;
-        r->hit = (Hit){.t = t, .u = u, .v = v, .part = index};
+        r->hit = (Hit){.t = t, .part = index};
+        triangle_weights(&cut, &r->hit.u, &r->hit.v);
         r->found = nearer = true;
         r->tmax = t;
     }
@@ -219,10 +153,12 @@ static inline bool any_in_block(MeshRay *r, uint32_t block, uint32_t count, floa
 {
     const MeshBlock *b = &r->mesh->block[block];
     for (uint32_t mask = filter_block(b, &r->filter, tmax, false, count); mask; mask &= mask - 1) {
-        double t, u, v;
-        int facing;
-        if (test_triangle(r, b->triangle[__builtin_ctz(mask)], &t, &u, &v, &facing) && t > r->ray->tmin && t <= r->tmax)
-            return true;
+        const Vec3 *p[3];
+        TriangleCut cut;
+        if (!cut_of_mesh(r, b->triangle[__builtin_ctz(mask)], p, &cut)) continue;
+        TriangleSpan span = triangle_span(&r->shear, &cut);
+        double t;
+        if ((span.lo > r->ray->tmin && span.hi <= r->tmax) || meets_triangle(r, p, &cut, span, &t)) return true;
     }
     return false;
 }

@@ -56,6 +56,17 @@ static RayText ray_text(const Ray *ray)
     return t;
 }
 
+/* The program's test of one triangle, at any t. */
+static bool cross_triangle(const Shear *shear, const Vec3 *a, const Vec3 *b, const Vec3 *c, double *t, double *u, double *v)
+{
+    TriangleCut cut;
+    if (!triangle_cut(shear, a, b, c, &cut)) return false;
+    double err;
+    *t = triangle_t(shear, a, b, c, triangle_span(shear, &cut), &err);
+    triangle_weights(&cut, u, v);
+    return true;
+}
+
 /* -- 24, 25: every way in and every way out once -- */
 
 /* The triangles around each vertex: those of v are list[first[v]] to list[first[v + 1]]. */
@@ -87,9 +98,7 @@ static uint32_t crossings(const Mesh *mesh, Fans f, uint32_t vertex, const Ray *
     for (uint32_t i = f.first[vertex]; i < f.first[vertex + 1]; i++) {
         const uint32_t *k = mesh->triangle[f.list[i]];
         double t, u, v;
-        int facing;
-        n += hit_triangle(&shear, &mesh->position[k[0]], &mesh->position[k[1]], &mesh->position[k[2]], &t, &u, &v,
-                          &facing) && t > 0;
+        n += cross_triangle(&shear, &mesh->position[k[0]], &mesh->position[k[1]], &mesh->position[k[2]], &t, &u, &v) && t > 0;
     }
     return n;
 }
@@ -391,8 +400,7 @@ static Hit search_all(const Mesh *m, const Ray *ray)
     for (uint32_t i = 0; i < m->triangle_count; i++) {
         const uint32_t *k = m->triangle[i];
         double t, u, v;
-        int facing;
-        if (!hit_triangle(&shear, &m->position[k[0]], &m->position[k[1]], &m->position[k[2]], &t, &u, &v, &facing)) continue;
+        if (!cross_triangle(&shear, &m->position[k[0]], &m->position[k[1]], &m->position[k[2]], &t, &u, &v)) continue;
         if (t > ray->tmin && t <= ray->tmax && t < best.t) best = (Hit){.t = t, .u = u, .v = v, .part = i};
     }
     return best;

@@ -1,0 +1,113 @@
+#include "accel/triangle.h"
+
+#include "common/exact.h"
+
+/* The sign of a b - c d, exactly. */
+static int product_order(double a, double b, double c, double d)
+{
+    if ((a == 0 || b == 0) && (c == 0 || d == 0)) return 0;
+    Dd p = dd_prod(a, b), q = dd_prod(c, d);
+    /* exact, and the nearest double and what is left say all, if nothing underflows and no factor is too large */
+    if (fabs(p.hi) + fabs(q.hi) > 0x1p-900 && fabs(p.lo) + fabs(q.lo) < INFINITY)
+        return p.hi != q.hi ? (p.hi > q.hi) - (p.hi < q.hi) : (p.lo > q.lo) - (p.lo < q.lo);
+    ExactSum sum = {.low = EXACT_LIMBS};
+    exact_add(&sum, a, b, 1);
+    exact_add(&sum, -c, d, 1);
+    return exact_sign(&sum);
+}
+
+static bool is_double(const Vec3Pair *a) { return a->lo.x == 0 && a->lo.y == 0 && a->lo.z == 0; }
+
+static bool parallel(Vec3 a, Vec3 b)
+{
+    return product_order(a.x, b.y, a.y, b.x) == 0 && product_order(a.y, b.z, a.z, b.y) == 0 &&
+           product_order(a.z, b.x, a.x, b.z) == 0;
+}
+
+/* The sign of the sheared edge's component along an axis: that of the edge less its share of z. */
+static int sheared_order(const Shear *s, const Vec3 *p, const Vec3 *q, int axis)
+{
+    const double *d = &s->ray->d.x, dz = d[s->kz], *from = &p->x, *to = &q->x;
+    Dd along = dd_sum(to[axis], -from[axis]), z = dd_sum(to[s->kz], -from[s->kz]);
+    int sign;
+    if (along.lo == 0 && z.lo == 0) {
+        sign = product_order(dz, along.hi, d[axis], z.hi);
+    } else {
+        ExactSum sum = {.low = EXACT_LIMBS};
+        exact_add(&sum, dz, along.hi, 1);
+        exact_add(&sum, dz, along.lo, 1);
+        exact_add(&sum, -d[axis], z.hi, 1);
+        exact_add(&sum, -d[axis], z.lo, 1);
+        sign = exact_sign(&sum);
+    }
+    return dz > 0 ? sign : -sign;
+}
+
+/* Adds d . (p x q). */
+static void add_volume(ExactSum *sum, const Vec3 *d, const Vec3 *p, const Vec3 *q)
+{
+    const double *e = &d->x, *f = &p->x, *g = &q->x;
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        exact_add(sum, e[i], f[j], g[k]);
+        exact_add(sum, -e[i], f[k], g[j]);
+    }
+}
+
+/* d . ((p - o) x (q - o)) over d.z: the shear keeps volumes, and sheared, d is (0, 0, d.z). */
+int edge_sign(const Shear *s, const Vec3 *p, const Vec3 *q, double *value)
+{
+    const Vec3 *d = &s->ray->d, *o = &s->ray->o;
+    double dz = (&s->d.x)[s->kz];
+    Vec3Pair from = pair_between(o, p), to = pair_between(o, q), d_scaled = {s->d, {0, 0, 0}};
+    Vec3 size;
+    ExactSum sum = {.low = EXACT_LIMBS};
+    bool doubles[2] = {is_double(&from), is_double(&to)};
+    if (!(doubles[0] && parallel(from.hi, *d)) && !(doubles[1] && parallel(to.hi, *d))) {  /* no end is on the line */
+        Dd volume = pair_dot(pair_cross(from, to, &size), d_scaled);
+        *value = volume.hi / dz;
+        /* as for triangle_t, a third more */
+        if (fabs(volume.hi) > 8 * DD_ROUNDOFF * vec3_dot(size, vec3_abs(s->d)) + 0x1p-900) return *value > 0 ? 1 : -1;
+        if (doubles[0] && doubles[1]) {
+            add_volume(&sum, d, &from.hi, &to.hi);
+        } else {
+            add_volume(&sum, d, p, q);
+            add_volume(&sum, d, q, o);
+            add_volume(&sum, d, o, p);
+        }
+    }
+    int sign = dz > 0 ? exact_sign(&sum) : -exact_sign(&sum);
+    *value = exact_value(&sum, ilogb(s->scale)) / dz;
+    if (sign == 0) sign = sheared_order(s, q, p, s->ky);
+    if (sign == 0) sign = sheared_order(s, p, q, s->kx);
+    return sign;
+}
+
+bool triangle_cut_certain(const Shear *s, const Vec3 *a, const Vec3 *b, const Vec3 *c, double margin, TriangleCut *cut)
+{
+    const Vec3 *const end[3][2] = {{c, b}, {a, c}, {b, a}};
+    int sign[3];
+    for (int i = 0; i < 3; i++) {
+        double *w = &cut->weight[i];
+        sign[i] = *w > margin ? 1 : *w < -margin ? -1 : edge_sign(s, end[i][0], end[i][1], w);
+        if (sign[i] == 0 || sign[i] != sign[0]) return false;
+    }
+    cut->facing = sign[0];
+    return true;
+}
+
+static Vec3Pair pair_scaled(Vec3Pair a)
+{
+    double k = vec3_pow2_scale(a.hi);
+    return (Vec3Pair){vec3_scale(a.hi, k), vec3_scale(a.lo, k)};
+}
+
+/* In double each component is off by 4 u of its size: by 7 u of them all together, and by 28 u of the normal if no size
+ * is more than 4 times its greatest component. */
+Vec3 triangle_normal(const Vec3 *a, const Vec3 *b, const Vec3 *c)
+{
+    Vec3 size, n = triangle_cross(a, b, c, &size);
+    if (vec3_max(size) + 0x1p-900 <= 4 * vec3_max(vec3_abs(n))) return n;
+    Vec3Pair fine = pair_cross(pair_scaled(pair_between(a, b)), pair_scaled(pair_between(a, c)), &size);
+    return vec3_add(fine.hi, fine.lo);
+}

@@ -1,0 +1,220 @@
+/* A ray's line and a triangle: whether they cross, exactly, and where, to the last place but one.
+ *
+ * Whether: the signs of the three determinants of the ray and an edge each, orient3d (Shewchuk, "Adaptive precision
+ * floating-point arithmetic and fast robust geometric predicates", 1997). They are estimated as in Woop, Benthin, Wald,
+ * "Watertight ray/triangle intersection" (JCGT 2013), in double: vertices are moved to the ray's origin and sheared so
+ * that the ray runs along an axis; three 2D edge functions are left. Where their rounding could change a sign, it is
+ * taken from the coordinates without any rounding. A determinant that is zero is settled as if the ray were moved by an
+ * infinitesimal (e, e^2) along the axes across, as in Edelsbrunner, Muecke, "Simulation of simplicity" (1990). The sign
+ * is a function of the line and the edge, odd in the edge's ends, so a line that meets a closed mesh at an edge or a
+ * vertex crosses exactly one of the triangles there on each way through: no leaks, no double hits, and parity is exact,
+ * as CSG needs.
+ *
+ * Where: t = n . (a - o) / n . d in twice the precision, n being the normal; nothing of it depends on weights or sheared
+ * vertices. See triangle_t. */
+#ifndef RT_ACCEL_TRIANGLE_H
+#define RT_ACCEL_TRIANGLE_H
+
+#include <stdbool.h>
+
+#include "common/dd.h"
+#include "common/numeric.h"
+#include "common/ray.h"
+
+/* The ray along +z: x' = x - sx z and so on, axes permuted so that z is the direction's greatest component. */
+typedef struct {
+    const Ray *ray;
+    Vec3 o, d;               /* d times `scale`, the power of two that makes its greatest component 1 to 2 */
+    double scale;
+    double sx, sy, sz;       /* sz: 1 / d.z, by which z becomes t in units of 1 / scale */
+    int kx, ky, kz;
+} Shear;
+
+/* The ray must stay where it is as long as the result is used. */
+static inline Shear shear_of(const Ray *ray)
+{
+    Shear s = {.ray = ray, .o = ray->o, .scale = vec3_pow2_scale(ray->d)};
+    s.d = vec3_scale(ray->d, s.scale);
+    Vec3 a = vec3_abs(s.d);
+    s.kz = a.x >= a.y ? (a.x >= a.z ? 0 : 2) : (a.y >= a.z ? 1 : 2);
+    s.kx = (s.kz + 1) % 3;
+    s.ky = (s.kz + 2) % 3;
+    const double *d = &s.d.x;
+    s.sx = d[s.kx] / d[s.kz];
+    s.sy = d[s.ky] / d[s.kz];
+    s.sz = 1.0 / d[s.kz];
+    return s;
+}
+
+typedef struct { double x, y, z; } Sheared;
+
+static inline Sheared shear(const Shear *s, const Vec3 *vertex)
+{
+    const double *p = &vertex->x, *o = &s->o.x;
+    double z = p[s->kz] - o[s->kz];
+    return (Sheared){p[s->kx] - o[s->kx] - s->sx * z, p[s->ky] - o[s->ky] - s->sy * z, z};
+}
+
+/* Twice the signed area of the triangle (0, p, q). */
+static inline double edge_function(Sheared p, Sheared q) { return p.x * q.y - p.y * q.x; }
+
+static inline double larger(double a, double b) { return a > b ? a : b; }
+static inline double smaller(double a, double b) { return a < b ? a : b; }
+
+/* Bound on the error of the edge functions of a triangle. With u the unit roundoff, m the greatest of |x|, |y| and z of
+ * |z| over the three: of a sheared coordinate X - s Z the difference X carries one rounding, the product three (Z, s and
+ * its own), the result one, and |X| <= |x| + |Z| as |s| <= 1; so it is off by h = u (2 m + 4 z). An edge function is off by
+ * 4 m h + 2 h^2 from that, and by 4 u m^2 from its two products and their difference: by 12 u m^2 + 16 u m z +
+ * 2 u^2 (2 m + 4 z)^2 <= 16 u (m + 8 u z) (m + z). One more u covers what is of higher order and the roundings of the
+ * bound itself, 2^-1000 what underflows. */
+static inline double edge_margin(Sheared a, Sheared b, Sheared c)
+{
+    double mx = larger(larger(fabs(a.x), fabs(b.x)), fabs(c.x)), my = larger(larger(fabs(a.y), fabs(b.y)), fabs(c.y));
+    double m = larger(mx, my), z = larger(larger(fabs(a.z), fabs(b.z)), fabs(c.z));
+    return 17 * UNIT_ROUNDOFF * ((m + 8 * UNIT_ROUNDOFF * z) * (m + z)) + 0x1p-1000;
+}
+
+/* Where a line crosses a triangle (a, b, c). */
+typedef struct {
+    double weight[3];        /* of a, b, c, times the same number; none has the sign opposite to facing */
+    double z_least, z_most;  /* of the three sheared vertices; the crossing's is between them */
+    int facing;              /* 1 or -1: the sign of the sheared triangle's area, seen along z */
+} TriangleCut;
+
+/* The sign of the edge function of p and q by the rule above, always right; 0 for an edge along the ray. *value becomes
+ * the edge function within a few roundings. For where an estimate is below its margin. */
+int edge_sign(const Shear *s, const Vec3 *p, const Vec3 *q, double *value);
+
+/* The rest of triangle_cut if some of the estimates, in cut->weight, are below the margin. */
+bool triangle_cut_certain(const Shear *s, const Vec3 *a, const Vec3 *b, const Vec3 *c, double margin, TriangleCut *cut);
+
+/* False if the line passes the triangle. A triangle that is seen exactly edge on is never crossed. */
+static inline bool triangle_cut(const Shear *s, const Vec3 *a, const Vec3 *b, const Vec3 *c, TriangleCut *cut)
+{
+    Sheared A = shear(s, a), B = shear(s, b), C = shear(s, c);
+    double ea = edge_function(C, B), eb = edge_function(A, C), ec = edge_function(B, A);
+    double least = smaller(smaller(ea, eb), ec), most = larger(larger(ea, eb), ec), margin = edge_margin(A, B, C);
+    if (least < -margin && most > margin) return false;
+    cut->weight[0] = ea;
+    cut->weight[1] = eb;
+    cut->weight[2] = ec;
+    cut->z_least = smaller(smaller(A.z, B.z), C.z);
+    cut->z_most = larger(larger(A.z, B.z), C.z);
+    cut->facing = least > margin ? 1 : -1;
+    return least > margin || most < -margin || triangle_cut_certain(s, a, b, c, margin, cut);
+}
+
+/* Whether the line goes against the normal (b - a) x (c - a) there. */
+static inline bool triangle_entered(const Shear *s, const TriangleCut *cut) { return (s->sz > 0) == (cut->facing > 0); }
+
+/* The second and third vertex's weights, in [0, 1]. */
+static inline void triangle_weights(const TriangleCut *cut, double *u, double *v)
+{
+    double sum = cut->weight[0] + cut->weight[1] + cut->weight[2], r = 1 / sum;
+    *u = sum != 0 ? cut->weight[1] * r : 0;  /* 0 by underflow only: any point of the triangle is near enough */
+    *v = sum != 0 ? cut->weight[2] * r : 0;
+}
+
+/* The t between which those of the vertices are, in the ray's units; wider by 8 roundings, of which z, sz and their
+ * product take 3. */
+typedef struct { double lo, hi; } TriangleSpan;
+
+static inline TriangleSpan triangle_span(const Shear *s, const TriangleCut *cut)
+{
+    double p = cut->z_least * s->sz, q = cut->z_most * s->sz, lo = smaller(p, q), hi = larger(p, q);
+    lo -= 8 * UNIT_ROUNDOFF * fabs(lo);
+    hi += 8 * UNIT_ROUNDOFF * fabs(hi);
+    return (TriangleSpan){lo * s->scale, hi * s->scale};
+}
+
+/* (b - a) x (c - a) in double; *size becomes the sums of the products' magnitudes. A component is off by at most 4 u of
+ * its size: a product carries the roundings of two edges and its own, and their difference one more. */
+static inline Vec3 triangle_cross(const Vec3 *a, const Vec3 *b, const Vec3 *c, Vec3 *size)
+{
+    Vec3 e = vec3_sub(*b, *a), f = vec3_sub(*c, *a);
+    Vec3 p = vec3_make(e.y * f.z, e.z * f.x, e.x * f.y), q = vec3_make(e.z * f.y, e.x * f.z, e.y * f.x);
+    *size = vec3_add(vec3_abs(p), vec3_abs(q));
+    return vec3_sub(p, q);
+}
+
+/* Whether the crossing is surely behind the ray's origin: the sign of n . (a - o), where double can tell, against that of
+ * n . d, which is known. The sum is off by 8 u of its sizes, 4 for n, one for the difference and three for the products
+ * and sums. It spares the rays that have just left a triangle the way through triangle_t. */
+static inline bool triangle_behind(const Shear *s, const Vec3 *a, const Vec3 *b, const Vec3 *c, const TriangleCut *cut)
+{
+    Vec3 size, n = triangle_cross(a, b, c, &size), to = vec3_sub(*a, s->o);
+    double side = vec3_dot(n, to), doubt = 9 * UNIT_ROUNDOFF * vec3_dot(size, vec3_abs(to)) + 0x1p-900;
+    return triangle_entered(s, cut) ? side > doubt : side < -doubt;
+}
+
+/* Vectors in twice the precision, as sums of two doubles. Errors below are in units of u^2, u being the unit roundoff;
+ * 16 of them are DD_ROUNDOFF. */
+typedef struct { Vec3 hi, lo; } Vec3Pair;
+
+/* q - p, exactly. */
+static inline Vec3Pair pair_between(const Vec3 *p, const Vec3 *q)
+{
+    Dd x = dd_sum(q->x, -p->x), y = dd_sum(q->y, -p->y), z = dd_sum(q->z, -p->z);
+    return (Vec3Pair){{x.hi, y.hi, z.hi}, {x.lo, y.lo, z.lo}};
+}
+
+/* (a + al)(b + bl) - (c + cl)(d + dl), low parts being at most u of the high ones; *size becomes |a b| + |c d|. The low
+ * part is a sum of at most 4 u size, made with roundings of 14 sizes together; one more is left out. */
+static inline Dd pair_minor(double a, double al, double b, double bl, double c, double cl, double d, double dl, double *size)
+{
+    Dd p = dd_prod(a, b), q = dd_prod(c, d), high = dd_sum(p.hi, -q.hi);
+    *size = fabs(p.hi) + fabs(q.hi);
+    return (Dd){high.hi, high.lo + ((p.lo - q.lo) + ((a * bl + al * b) - (c * dl + cl * d)))};
+}
+
+/* e x f, each component within 16 of its size. */
+static inline Vec3Pair pair_cross(Vec3Pair e, Vec3Pair f, Vec3 *size)
+{
+    Vec3 a = e.hi, al = e.lo, b = f.hi, bl = f.lo;
+    Dd x = pair_minor(a.y, al.y, b.z, bl.z, a.z, al.z, b.y, bl.y, &size->x);
+    Dd y = pair_minor(a.z, al.z, b.x, bl.x, a.x, al.x, b.z, bl.z, &size->y);
+    Dd z = pair_minor(a.x, al.x, b.y, bl.y, a.y, al.y, b.x, bl.x, &size->z);
+    return (Vec3Pair){{x.hi, y.hi, z.hi}, {x.lo, y.lo, z.lo}};
+}
+
+/* n . v for a cross product n: within 96, or 6 DD_ROUNDOFF, of size . |v|. The low part is a sum of at most 8 u of that;
+ * its products and nine sums are off by 5 and 64, n by 16, and 4 are left out. */
+static inline Dd pair_dot(Vec3Pair n, Vec3Pair v)
+{
+    Dd x = dd_prod(n.hi.x, v.hi.x), y = dd_prod(n.hi.y, v.hi.y), z = dd_prod(n.hi.z, v.hi.z);
+    Dd xy = dd_sum(x.hi, y.hi), xyz = dd_sum(xy.hi, z.hi);
+    double low = (xy.lo + xyz.lo) + (x.lo + y.lo + z.lo) + (vec3_dot(n.hi, v.lo) + vec3_dot(n.lo, v.hi));
+    return dd_sum(xyz.hi, low);
+}
+
+/* t of the crossing with a triangle that the line crosses, in the ray's units and within `span`, the triangle's; *err
+ * becomes a bound on its distance from the true one of the coordinates as given. It is 2 u |t| and what double-double
+ * leaves; where that can't tell, for triangles seen so flat that n . d loses 90 bits, t is somewhere in the span, and so
+ * says the bound. A function of the line and the triangle alone, straight through, so that it may be done for several at
+ * once; with or without the processor's fma it is the same.
+ *
+ * Numerator and denominator are off by 6 DD_ROUNDOFF of the sums of their products' sizes; where that is less than half the
+ * denominator, the quotient is off by twice that at most, relative to the computed one. 2^-900 is for what underflows. */
+static inline double triangle_t(const Shear *s, const Vec3 *a, const Vec3 *b, const Vec3 *c, TriangleSpan span, double *err)
+{
+    Vec3 size;
+    Vec3Pair d = {s->d, {0, 0, 0}}, to = pair_between(&s->o, a);
+    Vec3Pair n = pair_cross(pair_between(a, b), pair_between(a, c), &size);
+    Dd top = pair_dot(n, to), slope = pair_dot(n, d);
+    double per_slope = 1 / slope.hi, t0 = top.hi * per_slope;
+    Dd back = dd_prod(t0, slope.hi);
+    double t = t0 + (((top.hi - back.hi) - back.lo) + (top.lo - t0 * slope.lo)) * per_slope;
+    double across = vec3_dot(size, vec3_abs(s->d)), along = vec3_dot(size, vec3_abs(to.hi)), steep = fabs(slope.hi);
+    double off = 12 * DD_ROUNDOFF * (along + fabs(t) * across) + 0x1p-900;
+    *err = (2 * UNIT_ROUNDOFF * fabs(t) + off / steep) * s->scale;
+    t *= s->scale;
+    if (steep > 12 * DD_ROUNDOFF * across && *err <= (span.hi - span.lo) + 8 * UNIT_ROUNDOFF * fabs(t))
+        return smaller(larger(t, span.lo), span.hi);
+    *err = span.hi - span.lo;
+    return span.lo + *err / 2;
+}
+
+/* (b - a) x (c - a) times a positive number. Within 30 u as an angle, 2 u if the triangle is a sliver. */
+Vec3 triangle_normal(const Vec3 *a, const Vec3 *b, const Vec3 *c);
+
+#endif
