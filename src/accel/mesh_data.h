@@ -64,17 +64,17 @@ typedef struct {
     bool sheared;            /* not before the first triangle that passes the filter */
     bool found;
     FilterRay filter;
-    double tmax;             /* the ray's, then the nearest hit's */
-    Hit hit;
+    TriangleSpan end;        /* where the ray ends: its tmax, then the nearest hit, which is known to be in it */
+    Hit hit;                 /* the nearest; its t isn't known before mesh_ray_settle */
 } MeshRay;
 
-static inline void mesh_ray_init(MeshRay *r, const MeshPrim *mesh, const Ray *ray, FilterRay filter)
+static inline void mesh_ray_init(MeshRay *r, const MeshPrim *mesh, const Ray *ray, FilterRay filter, double tmax)
 {
     r->mesh = mesh;
     r->ray = ray;
     r->sheared = false;
     r->found = false;
-    r->tmax = ray->tmax;
+    r->end = (TriangleSpan){tmax, tmax};
     r->filter = filter;
 }
 
@@ -83,26 +83,27 @@ static inline void mesh_ray_init(MeshRay *r, const MeshPrim *mesh, const Ray *ra
 static inline uint32_t filter_block(const MeshBlock *b, const FilterRay *r, float tmax, bool line, uint32_t count)
 {
     const Float4 *v = (const Float4 *)b->v, *e1 = (const Float4 *)b->e1, *e2 = (const Float4 *)b->e2;
+    Float4 dx = float4_set(r->d[0]), dy = float4_set(r->d[1]), dz = float4_set(r->d[2]);
     Float4 tx = r->o[0] - v[0], ty = r->o[1] - v[1], tz = r->o[2] - v[2];
-    Float4 px = r->d[1] * e2[2] - r->d[2] * e2[1];
-    Float4 py = r->d[2] * e2[0] - r->d[0] * e2[2];
-    Float4 pz = r->d[0] * e2[1] - r->d[1] * e2[0];
-    Float4 det = e1[0] * px + e1[1] * py + e1[2] * pz;
+    Float4 px = float4_minor(dy, e2[2], dz, e2[1]);
+    Float4 py = float4_minor(dz, e2[0], dx, e2[2]);
+    Float4 pz = float4_minor(dx, e2[1], dy, e2[0]);
+    Float4 det = float4_dot(e1[0], e1[1], e1[2], px, py, pz);
     Int4 sign = (Int4)det & INT32_MIN;
-    Float4 size = float4_abs(det), u = float4_flip(tx * px + ty * py + tz * pz, sign);
+    Float4 size = float4_abs(det), u = float4_flip(float4_dot(tx, ty, tz, px, py, pz), sign);
     float margin = FILTER_MARGIN * r->reach * b->edge + FILTER_UNDERFLOW;
     float area_margin = FILTER_MARGIN * b->edge * b->edge + FILTER_UNDERFLOW;
     Int4 sided = size > area_margin;  /* seen edge on, its sign is not known, and nothing is said */
     Int4 misses = ((u < -margin) | (u > size + margin)) & sided;
     uint32_t all = (1u << count) - 1;
     if ((int4_mask(misses) & all) == all) return 0;
-    Float4 qx = ty * e1[2] - tz * e1[1];
-    Float4 qy = tz * e1[0] - tx * e1[2];
-    Float4 qz = tx * e1[1] - ty * e1[0];
-    Float4 w = float4_flip(r->d[0] * qx + r->d[1] * qy + r->d[2] * qz, sign);
+    Float4 qx = float4_minor(ty, e1[2], tz, e1[1]);
+    Float4 qy = float4_minor(tz, e1[0], tx, e1[2]);
+    Float4 qz = float4_minor(tx, e1[1], ty, e1[0]);
+    Float4 w = float4_flip(float4_dot(dx, dy, dz, qx, qy, qz), sign);
     misses |= ((w < -margin) | (u + w > size + 2 * margin)) & sided;
     if (!line) {
-        Float4 t = float4_flip(e2[0] * qx + e2[1] * qy + e2[2] * qz, sign);
+        Float4 t = float4_flip(float4_dot(e2[0], e2[1], e2[2], qx, qy, qz), sign);
         float t_margin = area_margin * (r->reach + tmax);
         misses |= ((t < -t_margin) | (t > size * tmax + t_margin)) & sided;
     }
@@ -110,7 +111,7 @@ static inline uint32_t filter_block(const MeshBlock *b, const FilterRay *r, floa
 }
 
 /* How the ray's line crosses a triangle of the mesh, whose corners go to p; false if it passes it. */
-static inline bool cut_of_mesh(MeshRay *r, uint32_t index, const Vec3 *p[3], TriangleCut *cut)
+static inline __attribute__((always_inline)) bool cut_of_mesh(MeshRay *r, uint32_t index, const Vec3 *p[3], TriangleCut *cut)
 {
     if (!r->sheared) r->shear = shear_of(r->ray);
     r->sheared = true;
@@ -119,17 +120,36 @@ static inline bool cut_of_mesh(MeshRay *r, uint32_t index, const Vec3 *p[3], Tri
     return triangle_cut(&r->shear, p[0], p[1], p[2], cut);
 }
 
-/* Whether the ray, ending at r->tmax, meets a triangle that its line crosses; if so, *t is where. */
-static inline bool meets_triangle(const MeshRay *r, const Vec3 *const p[3], const TriangleCut *cut, TriangleSpan span, double *t)
+/* Finds out the t of the nearest hit. */
+static inline void mesh_ray_settle(MeshRay *r)
 {
-    double from = r->ray->tmin, err;
-    if (span.lo > r->tmax || !(span.hi > from)) return false;
-    if (from >= 0 && span.lo <= from && triangle_behind(&r->shear, p[0], p[1], p[2], cut)) return false;
-    *t = triangle_t(&r->shear, p[0], p[1], p[2], span, &err);
-    return *t > from && *t <= r->tmax;
+    if (!r->found) return;
+    if (r->end.lo < r->end.hi) {
+        const uint32_t *k = r->mesh->triangle[r->hit.part];
+        const Vec3 *p = r->mesh->position;
+        double err;
+        r->end.lo = r->end.hi = triangle_t(&r->shear, &p[k[0]], &p[k[1]], &p[k[2]], &err);
+    }
+    r->hit.t = r->end.lo;
 }
 
-/* Looks for a nearer hit among the triangles of a block; tmax is r->tmax, rounded up, in the slabs' units. */
+/* Whether a crossing is after tmin; if so, *t is where. */
+static inline bool after_start(const MeshRay *r, const Vec3 *const p[3], const TriangleCut *cut, TriangleSpan span, double *t)
+{
+    double from = r->ray->tmin, err;
+    if (!(span.hi > from) || (from >= 0 && triangle_behind(&r->shear, p[0], p[1], p[2], cut))) return false;
+    *t = triangle_t(&r->shear, p[0], p[1], p[2], &err);
+    return *t > from;
+}
+
+/* Whether a crossing is surely on the ray and nearer than what was found. */
+static inline bool surely_nearer(const MeshRay *r, TriangleSpan span)
+{
+    return span.lo > r->ray->tmin && span.hi < r->end.lo;
+}
+
+/* Looks for a nearer hit among the triangles of a block; tmax is r->end.hi, rounded up, in the slabs' units. What the
+ * spans can't tell apart is settled by t, and if t is the same, by the lower index. */
 static inline bool nearer_in_block(MeshRay *r, uint32_t block, uint32_t count, float tmax)
 {
     const MeshBlock *b = &r->mesh->block[block];
@@ -138,13 +158,19 @@ static inline bool nearer_in_block(MeshRay *r, uint32_t block, uint32_t count, f
         uint32_t index = b->triangle[__builtin_ctz(mask)];
         const Vec3 *p[3];
         TriangleCut cut;
-        double t;
-        if (!cut_of_mesh(r, index, p, &cut) || !meets_triangle(r, p, &cut, triangle_span(&r->shear, &cut), &t)) continue;
-        if (r->found && t == r->tmax && index > r->hit.part) continue;
-        r->hit = (Hit){.t = t, .part = index};
-        triangle_weights(&cut, &r->hit.u, &r->hit.v);
+        if (!cut_of_mesh(r, index, p, &cut)) continue;
+        TriangleSpan span = triangle_span(&r->shear, &cut);
+        if (span.lo > r->end.hi) continue;
+        if (!surely_nearer(r, span)) {
+            double t;
+            if (!after_start(r, p, &cut, span, &t)) continue;
+            mesh_ray_settle(r);
+            if (!(t <= r->end.hi) || (r->found && t == r->end.hi && index > r->hit.part)) continue;
+            span.lo = span.hi = t;
+        }
+        r->end = span;
+        r->hit = (Hit){.u = cut.u, .v = cut.v, .part = index};
         r->found = nearer = true;
-        r->tmax = t;
     }
     return nearer;
 }
@@ -157,8 +183,9 @@ static inline bool any_in_block(MeshRay *r, uint32_t block, uint32_t count, floa
         TriangleCut cut;
         if (!cut_of_mesh(r, b->triangle[__builtin_ctz(mask)], p, &cut)) continue;
         TriangleSpan span = triangle_span(&r->shear, &cut);
+        if (span.lo > r->end.hi) continue;
         double t;
-        if ((span.lo > r->ray->tmin && span.hi <= r->tmax) || meets_triangle(r, p, &cut, span, &t)) return true;
+        if (surely_nearer(r, span) || (after_start(r, p, &cut, span, &t) && t <= r->end.hi)) return true;
     }
     return false;
 }

@@ -18,13 +18,13 @@ static void walk_init(Walk *w, const MeshPrim *mesh, const Ray *ray)
     FilterRay filter = {{(float)ray->o.x, (float)ray->o.y, (float)ray->o.z},
                         {(float)(ray->d.x * scale), (float)(ray->d.y * scale), (float)(ray->d.z * scale)},
                         slab_up((float)vec3_max(vec3_abs(ray->o))) + mesh->reach};
-    mesh_ray_init(&w->confirm, mesh, ray, filter);
+    mesh_ray_init(&w->confirm, mesh, ray, filter, ray->tmax);
 }
 
 static bool nearest_leaf(void *context, uint32_t block, uint32_t count)
 {
     Walk *w = context;
-    if (nearer_in_block(&w->confirm, block, count, w->tmax_slab)) w->tmax_slab = slab_t_up(&w->slab, w->confirm.tmax);
+    if (nearer_in_block(&w->confirm, block, count, w->tmax_slab)) w->tmax_slab = slab_t_up(&w->slab, w->confirm.end.hi);
     return true;
 }
 
@@ -36,6 +36,7 @@ static bool mesh_intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *
     walk_init(&w, mesh, ray);
     slab_walk(&mesh->bvh, &w.slab, fmaxf(0, slab_t_down(&w.slab, ray->tmin)), &w.tmax_slab, nearest_leaf, &w);
     if (!w.confirm.found) return false;
+    mesh_ray_settle(&w.confirm);
     *hit = w.confirm.hit;
     hit->leaf = part_of(mesh, hit->part);
     return true;
@@ -92,9 +93,8 @@ static bool line_leaf(void *context, uint32_t block, uint32_t count)
             w->crossing = c;
             w->capacity = capacity;
         }
-        Edge edge = {.n = triangle_normal(p[0], p[1], p[2]), .part = index};
-        edge.t = triangle_t(shear, p[0], p[1], p[2], triangle_span(shear, &cut), &edge.t_err);
-        triangle_weights(&cut, &edge.u, &edge.v);
+        Edge edge = {.n = triangle_normal(p[0], p[1], p[2]), .u = cut.u, .v = cut.v, .part = index};
+        edge.t = triangle_t(shear, p[0], p[1], p[2], &edge.t_err);
         w->crossing[w->count++] = (Crossing){edge, triangle_entered(shear, &cut)};
     }
     return true;

@@ -23,7 +23,7 @@ static bool nearest_in_mesh(void *context, uint32_t block, uint32_t count, uint6
     MeshWalk *w = context;
     for (; rays; rays &= rays - 1) {
         uint32_t i = (uint32_t)__builtin_ctzll(rays);
-        if (nearer_in_block(&w->ray[i], block, count, w->packet->tmax[i])) packet_shorten(w->packet, i, w->ray[i].tmax);
+        if (nearer_in_block(&w->ray[i], block, count, w->packet->tmax[i])) packet_shorten(w->packet, i, w->ray[i].end.hi);
     }
     return true;
 }
@@ -53,8 +53,7 @@ static void mesh_walk_init(MeshWalk *w, const MeshPrim *mesh, SlabPacket *p, con
         FilterRay filter = {{p->o[0][i], p->o[1][i], p->o[2][i]},
                             {p->d[0][i], p->d[1][i], p->d[2][i]},
                             p->reach[i] + mesh->reach};
-        mesh_ray_init(&w->ray[i], mesh, ray[i], filter);
-        w->ray[i].tmax = tmax[i];
+        mesh_ray_init(&w->ray[i], mesh, ray[i], filter, tmax[i]);
     }
 }
 
@@ -69,6 +68,7 @@ static uint64_t mesh_nearest(const MeshPrim *mesh, SlabPacket *p, const Ray *con
     for (; rays; rays &= rays - 1) {
         uint32_t i = (uint32_t)__builtin_ctzll(rays);
         if (!w.ray[i].found) continue;
+        mesh_ray_settle(&w.ray[i]);
         hit[i] = w.ray[i].hit;
         hit[i].leaf = part_of(mesh, hit[i].part);
         found |= rays & -rays;

@@ -25,7 +25,7 @@ static bool parallel(Vec3 a, Vec3 b)
 }
 
 /* The sign of the sheared edge's component along an axis: that of the edge less its share of z. */
-static int sheared_order(const Shear *s, const Vec3 *p, const Vec3 *q, int axis)
+static int sheared_order(const Shear *s, const Vec3 *p, const Vec3 *q, size_t axis)
 {
     const double *d = &s->ray->d.x, dz = d[s->kz], *from = &p->x, *to = &q->x;
     Dd along = dd_sum(to[axis], -from[axis]), z = dd_sum(to[s->kz], -from[s->kz]);
@@ -83,17 +83,23 @@ int edge_sign(const Shear *s, const Vec3 *p, const Vec3 *q, double *value)
     return sign;
 }
 
-bool triangle_cut_certain(const Shear *s, const Vec3 *a, const Vec3 *b, const Vec3 *c, double margin, TriangleCut *cut)
+int edge_signs(const Shear *s, const Vec3 *a, const Vec3 *b, const Vec3 *c, double margin, double edge[3])
 {
     const Vec3 *const end[3][2] = {{c, b}, {a, c}, {b, a}};
     int sign[3];
     for (int i = 0; i < 3; i++) {
-        double *w = &cut->weight[i];
-        sign[i] = *w > margin ? 1 : *w < -margin ? -1 : edge_sign(s, end[i][0], end[i][1], w);
-        if (sign[i] == 0 || sign[i] != sign[0]) return false;
+        sign[i] = edge[i] > margin ? 1 : edge[i] < -margin ? -1 : edge_sign(s, end[i][0], end[i][1], &edge[i]);
+        if (sign[i] != sign[0]) return 0;
     }
-    cut->facing = sign[0];
-    return true;
+    return sign[0];
+}
+
+double triangle_t_between(const Shear *s, const Vec3 *a, const Vec3 *b, const Vec3 *c, double *err)
+{
+    double p = shear(s, a).z * s->sz, q = shear(s, b).z * s->sz, r = shear(s, c).z * s->sz;
+    double lo = smaller(smaller(p, q), r), hi = larger(larger(p, q), r), t = lo + (hi - lo) / 2;
+    *err = ((hi - lo) / 2 + 8 * UNIT_ROUNDOFF * larger(fabs(lo), fabs(hi))) * s->scale;  /* z, sz, the rest twice */
+    return t * s->scale;
 }
 
 static Vec3Pair pair_scaled(Vec3Pair a)

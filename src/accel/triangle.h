@@ -24,22 +24,26 @@
 /* The ray along +z: x' = x - sx z and so on, axes permuted so that z is the direction's greatest component. */
 typedef struct {
     const Ray *ray;
-    Vec3 o, d;               /* d times `scale`, the power of two that makes its greatest component 1 to 2 */
+    Vec3 d;                  /* the ray's, times `scale`, the power of two that makes its greatest component 1 to 2 */
     double scale;
+    double ox, oy, oz;       /* the origin, permuted */
     double sx, sy, sz;       /* sz: 1 / d.z, by which z becomes t in units of 1 / scale */
-    int kx, ky, kz;
+    size_t kx, ky, kz;
 } Shear;
 
 /* The ray must stay where it is as long as the result is used. */
 static inline Shear shear_of(const Ray *ray)
 {
-    Shear s = {.ray = ray, .o = ray->o, .scale = vec3_pow2_scale(ray->d)};
+    Shear s = {.ray = ray, .scale = vec3_pow2_scale(ray->d)};
     s.d = vec3_scale(ray->d, s.scale);
     Vec3 a = vec3_abs(s.d);
     s.kz = a.x >= a.y ? (a.x >= a.z ? 0 : 2) : (a.y >= a.z ? 1 : 2);
     s.kx = (s.kz + 1) % 3;
     s.ky = (s.kz + 2) % 3;
-    const double *d = &s.d.x;
+    const double *d = &s.d.x, *o = &ray->o.x;
+    s.ox = o[s.kx];
+    s.oy = o[s.ky];
+    s.oz = o[s.kz];
     s.sx = d[s.kx] / d[s.kz];
     s.sy = d[s.ky] / d[s.kz];
     s.sz = 1.0 / d[s.kz];
@@ -50,9 +54,9 @@ typedef struct { double x, y, z; } Sheared;
 
 static inline Sheared shear(const Shear *s, const Vec3 *vertex)
 {
-    const double *p = &vertex->x, *o = &s->o.x;
-    double z = p[s->kz] - o[s->kz];
-    return (Sheared){p[s->kx] - o[s->kx] - s->sx * z, p[s->ky] - o[s->ky] - s->sy * z, z};
+    const double *p = &vertex->x;
+    double z = p[s->kz] - s->oz;
+    return (Sheared){p[s->kx] - s->ox - s->sx * z, p[s->ky] - s->oy - s->sy * z, z};
 }
 
 /* Twice the signed area of the triangle (0, p, q). */
@@ -66,65 +70,66 @@ static inline double smaller(double a, double b) { return a < b ? a : b; }
  * its own), the result one, and |X| <= |x| + |Z| as |s| <= 1; so it is off by h = u (2 m + 4 z). An edge function is off by
  * 4 m h + 2 h^2 from that, and by 4 u m^2 from its two products and their difference: by 12 u m^2 + 16 u m z +
  * 2 u^2 (2 m + 4 z)^2 <= 16 u (m + 8 u z) (m + z). One more u covers what is of higher order and the roundings of the
- * bound itself, 2^-1000 what underflows. */
-static inline double edge_margin(Sheared a, Sheared b, Sheared c)
+ * bound itself, 2^-1000 what underflows. *z_most becomes z. */
+static inline double edge_margin(Sheared a, Sheared b, Sheared c, double *z_most)
 {
     double mx = larger(larger(fabs(a.x), fabs(b.x)), fabs(c.x)), my = larger(larger(fabs(a.y), fabs(b.y)), fabs(c.y));
     double m = larger(mx, my), z = larger(larger(fabs(a.z), fabs(b.z)), fabs(c.z));
+    *z_most = z;
     return 17 * UNIT_ROUNDOFF * ((m + 8 * UNIT_ROUNDOFF * z) * (m + z)) + 0x1p-1000;
 }
-
-/* Where a line crosses a triangle (a, b, c). */
-typedef struct {
-    double weight[3];        /* of a, b, c, times the same number; none has the sign opposite to facing */
-    double z_least, z_most;  /* of the three sheared vertices; the crossing's is between them */
-    int facing;              /* 1 or -1: the sign of the sheared triangle's area, seen along z */
-} TriangleCut;
 
 /* The sign of the edge function of p and q by the rule above, always right; 0 for an edge along the ray. *value becomes
  * the edge function within a few roundings. For where an estimate is below its margin. */
 int edge_sign(const Shear *s, const Vec3 *p, const Vec3 *q, double *value);
 
-/* The rest of triangle_cut if some of the estimates, in cut->weight, are below the margin. */
-bool triangle_cut_certain(const Shear *s, const Vec3 *a, const Vec3 *b, const Vec3 *c, double margin, TriangleCut *cut);
+/* The common sign of the edge functions opposite to a, b and c, of which `edge` has estimates; 0 if they differ. Makes
+ * those that are below the margin accurate. */
+int edge_signs(const Shear *s, const Vec3 *a, const Vec3 *b, const Vec3 *c, double margin, double edge[3]);
 
-/* False if the line passes the triangle. A triangle that is seen exactly edge on is never crossed. */
-static inline bool triangle_cut(const Shear *s, const Vec3 *a, const Vec3 *b, const Vec3 *c, TriangleCut *cut)
+/* Where a line crosses a triangle (a, b, c). */
+typedef struct {
+    double u, v;         /* weights of b and c, in [0, 1] */
+    double z, z_err;     /* sheared, and how far the true one is from that at most */
+    int facing;          /* 1 or -1: the sign of the sheared triangle's area, seen along z */
+} TriangleCut;
+
+/* False if the line passes the triangle. A triangle that is seen exactly edge on is never crossed.
+ *
+ * z is the mean of the vertices' z by the edge functions, of sum S. These are off by the margin M, which moves it by at
+ * most 3 M / |S| of the way between two vertices, 2 |z| at most. The z are off by u, which the weights can double, the mean's
+ * three products, two sums and quotient by 8 more. */
+static inline __attribute__((always_inline)) bool triangle_cut(const Shear *s, const Vec3 *a, const Vec3 *b, const Vec3 *c,
+                                                               TriangleCut *cut)
 {
     Sheared A = shear(s, a), B = shear(s, b), C = shear(s, c);
-    double ea = edge_function(C, B), eb = edge_function(A, C), ec = edge_function(B, A);
-    double least = smaller(smaller(ea, eb), ec), most = larger(larger(ea, eb), ec), margin = edge_margin(A, B, C);
+    double edge[3] = {edge_function(C, B), edge_function(A, C), edge_function(B, A)};
+    double z_most, margin = edge_margin(A, B, C, &z_most);
+    double least = smaller(smaller(edge[0], edge[1]), edge[2]), most = larger(larger(edge[0], edge[1]), edge[2]);
     if (least < -margin && most > margin) return false;
-    cut->weight[0] = ea;
-    cut->weight[1] = eb;
-    cut->weight[2] = ec;
-    cut->z_least = smaller(smaller(A.z, B.z), C.z);
-    cut->z_most = larger(larger(A.z, B.z), C.z);
-    cut->facing = least > margin ? 1 : -1;
-    return least > margin || most < -margin || triangle_cut_certain(s, a, b, c, margin, cut);
+    cut->facing = least > 0 ? 1 : -1;
+    if (!(least > margin || most < -margin)) {
+        cut->facing = edge_signs(s, a, b, c, margin, edge);
+        if (cut->facing == 0) return false;
+    }
+    double sum = edge[0] + edge[1] + edge[2], r = sum != 0 ? 1 / sum : 0;  /* 0 by underflow only */
+    cut->u = edge[1] * r;
+    cut->v = edge[2] * r;
+    cut->z = (edge[0] * A.z + edge[1] * B.z + edge[2] * C.z) * r;
+    cut->z_err = sum != 0 ? z_most * (7 * margin * fabs(r) + 12 * UNIT_ROUNDOFF) : INFINITY;
+    return true;
 }
 
 /* Whether the line goes against the normal (b - a) x (c - a) there. */
 static inline bool triangle_entered(const Shear *s, const TriangleCut *cut) { return (s->sz > 0) == (cut->facing > 0); }
 
-/* The second and third vertex's weights, in [0, 1]. */
-static inline void triangle_weights(const TriangleCut *cut, double *u, double *v)
-{
-    double sum = cut->weight[0] + cut->weight[1] + cut->weight[2], r = 1 / sum;
-    *u = sum != 0 ? cut->weight[1] * r : 0;  /* 0 by underflow only: any point of the triangle is near enough */
-    *v = sum != 0 ? cut->weight[2] * r : 0;
-}
-
-/* The t between which those of the vertices are, in the ray's units; wider by 8 roundings, of which z, sz and their
- * product take 3. */
+/* The t, in the ray's units, between which the crossing is, with the roundings of t and its bounds themselves. */
 typedef struct { double lo, hi; } TriangleSpan;
 
 static inline TriangleSpan triangle_span(const Shear *s, const TriangleCut *cut)
 {
-    double p = cut->z_least * s->sz, q = cut->z_most * s->sz, lo = smaller(p, q), hi = larger(p, q);
-    lo -= 8 * UNIT_ROUNDOFF * fabs(lo);
-    hi += 8 * UNIT_ROUNDOFF * fabs(hi);
-    return (TriangleSpan){lo * s->scale, hi * s->scale};
+    double t = cut->z * s->sz, err = cut->z_err * fabs(s->sz) + 6 * UNIT_ROUNDOFF * fabs(t);
+    return (TriangleSpan){(t - err) * s->scale, (t + err) * s->scale};
 }
 
 /* (b - a) x (c - a) in double; *size becomes the sums of the products' magnitudes. A component is off by at most 4 u of
@@ -142,7 +147,7 @@ static inline Vec3 triangle_cross(const Vec3 *a, const Vec3 *b, const Vec3 *c, V
  * and sums. It spares the rays that have just left a triangle the way through triangle_t. */
 static inline bool triangle_behind(const Shear *s, const Vec3 *a, const Vec3 *b, const Vec3 *c, const TriangleCut *cut)
 {
-    Vec3 size, n = triangle_cross(a, b, c, &size), to = vec3_sub(*a, s->o);
+    Vec3 size, n = triangle_cross(a, b, c, &size), to = vec3_sub(*a, s->ray->o);
     double side = vec3_dot(n, to), doubt = 9 * UNIT_ROUNDOFF * vec3_dot(size, vec3_abs(to)) + 0x1p-900;
     return triangle_entered(s, cut) ? side > doubt : side < -doubt;
 }
@@ -187,31 +192,31 @@ static inline Dd pair_dot(Vec3Pair n, Vec3Pair v)
     return dd_sum(xyz.hi, low);
 }
 
-/* t of the crossing with a triangle that the line crosses, in the ray's units and within `span`, the triangle's; *err
- * becomes a bound on its distance from the true one of the coordinates as given. It is 2 u |t| and what double-double
- * leaves; where that can't tell, for triangles seen so flat that n . d loses 90 bits, t is somewhere in the span, and so
- * says the bound. A function of the line and the triangle alone, straight through, so that it may be done for several at
- * once; with or without the processor's fma it is the same.
+/* t somewhere between those of the vertices, half as far from either as they are from each other; that is *err. */
+double triangle_t_between(const Shear *s, const Vec3 *a, const Vec3 *b, const Vec3 *c, double *err);
+
+/* t of the crossing with a triangle that the line crosses, in the ray's units; *err becomes a bound on its distance from
+ * the true one of the coordinates as given. It is 2 u |t| and what double-double leaves; where that can't tell, for
+ * triangles seen so flat that n . d loses 90 bits, t is somewhere between the vertices, and so says the bound. A function
+ * of the line and the triangle alone, straight through, so that it may be done for several at once; with or without the
+ * processor's fma it is the same.
  *
  * Numerator and denominator are off by 6 DD_ROUNDOFF of the sums of their products' sizes; where that is less than half the
  * denominator, the quotient is off by twice that at most, relative to the computed one. 2^-900 is for what underflows. */
-static inline double triangle_t(const Shear *s, const Vec3 *a, const Vec3 *b, const Vec3 *c, TriangleSpan span, double *err)
+static inline double triangle_t(const Shear *s, const Vec3 *a, const Vec3 *b, const Vec3 *c, double *err)
 {
     Vec3 size;
-    Vec3Pair d = {s->d, {0, 0, 0}}, to = pair_between(&s->o, a);
+    Vec3Pair d = {s->d, {0, 0, 0}}, to = pair_between(&s->ray->o, a);
     Vec3Pair n = pair_cross(pair_between(a, b), pair_between(a, c), &size);
     Dd top = pair_dot(n, to), slope = pair_dot(n, d);
     double per_slope = 1 / slope.hi, t0 = top.hi * per_slope;
     Dd back = dd_prod(t0, slope.hi);
     double t = t0 + (((top.hi - back.hi) - back.lo) + (top.lo - t0 * slope.lo)) * per_slope;
     double across = vec3_dot(size, vec3_abs(s->d)), along = vec3_dot(size, vec3_abs(to.hi)), steep = fabs(slope.hi);
+    if (!(steep > 12 * DD_ROUNDOFF * across + 0x1p-900)) return triangle_t_between(s, a, b, c, err);
     double off = 12 * DD_ROUNDOFF * (along + fabs(t) * across) + 0x1p-900;
     *err = (2 * UNIT_ROUNDOFF * fabs(t) + off / steep) * s->scale;
-    t *= s->scale;
-    if (steep > 12 * DD_ROUNDOFF * across && *err <= (span.hi - span.lo) + 8 * UNIT_ROUNDOFF * fabs(t))
-        return smaller(larger(t, span.lo), span.hi);
-    *err = span.hi - span.lo;
-    return span.lo + *err / 2;
+    return t * s->scale;
 }
 
 /* (b - a) x (c - a) times a positive number. Within 30 u as an angle, 2 u if the triangle is a sliver. */

@@ -275,7 +275,7 @@ static void run_cut(const void *rays, int count, const Prim *prim, Scratch *scra
         TriangleCut cut;
         t[i] = NAN;
         if (!triangle_cut(&s, &c[0], &c[1], &c[2], &cut)) continue;
-        double err, at = triangle_t(&s, &c[0], &c[1], &c[2], triangle_span(&s, &cut), &err);
+        double err, at = triangle_t(&s, &c[0], &c[1], &c[2], &err);
         if (at > 0) t[i] = at;
     }
 }

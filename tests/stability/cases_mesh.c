@@ -62,8 +62,9 @@ static bool cross_triangle(const Shear *shear, const Vec3 *a, const Vec3 *b, con
     TriangleCut cut;
     if (!triangle_cut(shear, a, b, c, &cut)) return false;
     double err;
-    *t = triangle_t(shear, a, b, c, triangle_span(shear, &cut), &err);
-    triangle_weights(&cut, u, v);
+    *t = triangle_t(shear, a, b, c, &err);
+    *u = cut.u;
+    *v = cut.v;
     return true;
 }
 
