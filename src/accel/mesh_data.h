@@ -80,7 +80,7 @@ static inline void mesh_ray_init(MeshRay *r, const MeshPrim *mesh, const Ray *ra
 
 /* The triangles of the block that the ray may hit with 0 <= t <= tmax, in the slabs' units (`line`: with any t), as a
  * mask. Comparisons say what misses, so that a NaN from an overflow lets the triangle through. */
-static inline uint32_t filter_block(const MeshBlock *b, const FilterRay *r, float tmax, bool line, uint32_t count)
+static inline __attribute__((always_inline)) uint32_t filter_block(const MeshBlock *b, const FilterRay *r, float tmax, bool line, uint32_t count)
 {
     const Float4 *v = (const Float4 *)b->v, *e1 = (const Float4 *)b->e1, *e2 = (const Float4 *)b->e2;
     Float4 dx = float4_set(r->d[0]), dy = float4_set(r->d[1]), dz = float4_set(r->d[2]);
@@ -120,8 +120,8 @@ static inline __attribute__((always_inline)) bool cut_of_mesh(MeshRay *r, uint32
     return triangle_cut(&r->shear, p[0], p[1], p[2], cut);
 }
 
-/* Finds out the t of the nearest hit. */
-static inline void mesh_ray_settle(MeshRay *r)
+/* Finds out the t of the nearest hit. Out of the way of what is done for every triangle. */
+static __attribute__((noinline, unused)) void mesh_ray_settle(MeshRay *r)
 {
     if (!r->found) return;
     if (r->end.lo < r->end.hi) {
@@ -134,7 +134,7 @@ static inline void mesh_ray_settle(MeshRay *r)
 }
 
 /* Whether a crossing is after tmin; if so, *t is where. */
-static inline bool after_start(const MeshRay *r, const Vec3 *const p[3], const TriangleCut *cut, TriangleSpan span, double *t)
+static __attribute__((noinline, unused)) bool after_start(const MeshRay *r, const Vec3 *const p[3], const TriangleCut *cut, TriangleSpan span, double *t)
 {
     double from = r->ray->tmin, err;
     if (!(span.hi > from) || (from >= 0 && triangle_behind(&r->shear, p[0], p[1], p[2], cut))) return false;
@@ -150,7 +150,7 @@ static inline bool surely_nearer(const MeshRay *r, TriangleSpan span)
 
 /* Looks for a nearer hit among the triangles of a block; tmax is r->end.hi, rounded up, in the slabs' units. What the
  * spans can't tell apart is settled by t, and if t is the same, by the lower index. */
-static inline bool nearer_in_block(MeshRay *r, uint32_t block, uint32_t count, float tmax)
+static inline __attribute__((always_inline)) bool nearer_in_block(MeshRay *r, uint32_t block, uint32_t count, float tmax)
 {
     const MeshBlock *b = &r->mesh->block[block];
     bool nearer = false;
@@ -175,7 +175,7 @@ static inline bool nearer_in_block(MeshRay *r, uint32_t block, uint32_t count, f
     return nearer;
 }
 
-static inline bool any_in_block(MeshRay *r, uint32_t block, uint32_t count, float tmax)
+static inline __attribute__((always_inline)) bool any_in_block(MeshRay *r, uint32_t block, uint32_t count, float tmax)
 {
     const MeshBlock *b = &r->mesh->block[block];
     for (uint32_t mask = filter_block(b, &r->filter, tmax, false, count); mask; mask &= mask - 1) {

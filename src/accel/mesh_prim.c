@@ -93,7 +93,8 @@ static bool line_leaf(void *context, uint32_t block, uint32_t count)
             w->crossing = c;
             w->capacity = capacity;
         }
-        Edge edge = {.n = triangle_normal(p[0], p[1], p[2]), .u = cut.u, .v = cut.v, .part = index};
+        Vec3 size;
+        Edge edge = {.n = triangle_normal(p[0], p[1], p[2], &size), .u = cut.u, .v = cut.v, .part = index};
         edge.t = triangle_t(shear, p[0], p[1], p[2], &edge.t_err);
         w->crossing[w->count++] = (Crossing){edge, triangle_entered(shear, &cut)};
     }
@@ -206,12 +207,15 @@ static void mesh_surface(const Prim *prim, const Ray *ray, const Hit *hit, Surfa
     const double w[3] = {1 - hit->u - hit->v, hit->u, hit->v};
     Vec3 e = vec3_sub(*b, *a), f = vec3_sub(*c, *a), to_b = vec3_scale(e, w[1]), to_c = vec3_scale(f, w[2]);
     s->p = vec3_add(*a, vec3_add(to_b, to_c));
+    Vec3 sizes, n = s->n = triangle_normal(a, b, c, &sizes);
     /* Whatever the weights, only the roundings lead off the triangle's plane: of the differences, products and their sum,
-     * three of at most an edge's size each, and of the last sum, one; that of a leaving ray's origin is another. 16 of the
-     * edges' sizes let triangle_behind tell the side of the plane for such a ray in double. */
-    double size = vec3_max(vec3_abs(e)) + vec3_max(vec3_abs(f)), far = GAMMA(16) * size;
-    s->p_err = vec3_at(vec3_make(far, far, far), GAMMA(3), vec3_abs(s->p));
-    s->n = triangle_normal(a, b, c);
+     * three of at most the longer edge's size, and of the last sum, one; that of a leaving ray's origin is another. With 18
+     * roundings of the sums that make n . (a - p), twice what triangle_behind allows for, it tells the side of the plane for
+     * such a ray in double; not at any price. */
+    double edge = larger(vec3_max(vec3_abs(e)), vec3_max(vec3_abs(f))), flat = fabs(n.x) + fabs(n.y) + fabs(n.z);
+    double sums = vec3_dot(sizes, vec3_add(vec3_abs(to_b), vec3_abs(to_c))) / flat;
+    double off = GAMMA(5) * edge + GAMMA(18) * smaller(sums, edge);
+    s->p_err = vec3_at(vec3_make(off, off, off), GAMMA(3), vec3_abs(s->p));
     const MeshPart *source = &mesh->source[hit->leaf];
     uint32_t triangle = hit->part - source->first;
     texture_uv(source->mesh, triangle, w, &s->u, &s->v);

@@ -110,10 +110,11 @@ static Vec3Pair pair_scaled(Vec3Pair a)
 
 /* In double each component is off by 4 u of its size: by 7 u of them all together, and by 28 u of the normal if no size
  * is more than 4 times its greatest component. */
-Vec3 triangle_normal(const Vec3 *a, const Vec3 *b, const Vec3 *c)
+Vec3 triangle_normal(const Vec3 *a, const Vec3 *b, const Vec3 *c, Vec3 *size)
 {
-    Vec3 size, n = triangle_cross(a, b, c, &size);
-    if (vec3_max(size) + 0x1p-900 <= 4 * vec3_max(vec3_abs(n))) return n;
-    Vec3Pair fine = pair_cross(pair_scaled(pair_between(a, b)), pair_scaled(pair_between(a, c)), &size);
+    Vec3 n = triangle_cross(a, b, c, size);
+    if (vec3_max(*size) + 0x1p-900 <= 4 * vec3_max(vec3_abs(n))) return n;
+    Vec3Pair fine = pair_cross(pair_scaled(pair_between(a, b)), pair_scaled(pair_between(a, c)), size);
+    *size = vec3_make(0, 0, 0);
     return vec3_add(fine.hi, fine.lo);
 }

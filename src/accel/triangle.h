@@ -219,7 +219,8 @@ static inline double triangle_t(const Shear *s, const Vec3 *a, const Vec3 *b, co
     return t * s->scale;
 }
 
-/* (b - a) x (c - a) times a positive number. Within 30 u as an angle, 2 u if the triangle is a sliver. */
-Vec3 triangle_normal(const Vec3 *a, const Vec3 *b, const Vec3 *c);
+/* (b - a) x (c - a) times a positive number. Within 30 u as an angle, 2 u if the triangle is a sliver. *size becomes what
+ * triangle_cross says, 0 if the normal is better than that. */
+Vec3 triangle_normal(const Vec3 *a, const Vec3 *b, const Vec3 *c, Vec3 *size);
 
 #endif
