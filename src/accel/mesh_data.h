@@ -80,7 +80,8 @@ static inline void mesh_ray_init(MeshRay *r, const MeshPrim *mesh, const Ray *ra
 
 /* The triangles of the block that the ray may hit with 0 <= t <= tmax, in the slabs' units (`line`: with any t), as a
  * mask. Comparisons say what misses, so that a NaN from an overflow lets the triangle through. */
-static inline __attribute__((always_inline)) uint32_t filter_block(const MeshBlock *b, const FilterRay *r, float tmax, bool line, uint32_t count)
+static inline __attribute__((always_inline)) uint32_t filter_block(const MeshBlock *b, const FilterRay *r, float tmax,
+                                                                   bool line, uint32_t count)
 {
     const Float4 *v = (const Float4 *)b->v, *e1 = (const Float4 *)b->e1, *e2 = (const Float4 *)b->e2;
     Float4 dx = float4_set(r->d[0]), dy = float4_set(r->d[1]), dz = float4_set(r->d[2]);
@@ -111,7 +112,8 @@ static inline __attribute__((always_inline)) uint32_t filter_block(const MeshBlo
 }
 
 /* How the ray's line crosses a triangle of the mesh, whose corners go to p; false if it passes it. */
-static inline __attribute__((always_inline)) bool cut_of_mesh(MeshRay *r, uint32_t index, const Vec3 *p[3], TriangleCut *cut)
+static inline __attribute__((always_inline)) bool cut_of_mesh(MeshRay *r, uint32_t index, const Vec3 *p[3],
+                                                              TriangleCut *cut)
 {
     if (!r->sheared) r->shear = shear_of(r->ray);
     r->sheared = true;
@@ -134,7 +136,8 @@ static __attribute__((noinline, unused)) void mesh_ray_settle(MeshRay *r)
 }
 
 /* Whether a crossing is after tmin; if so, *t is where. */
-static __attribute__((noinline, unused)) bool after_start(const MeshRay *r, const Vec3 *const p[3], const TriangleCut *cut, TriangleSpan span, double *t)
+static __attribute__((noinline, unused)) bool after_start(const MeshRay *r, const Vec3 *const p[3], const TriangleCut *cut,
+                                                          TriangleSpan span, double *t)
 {
     double from = r->ray->tmin, err;
     if (!(span.hi > from) || (from >= 0 && triangle_behind(&r->shear, p[0], p[1], p[2], cut))) return false;

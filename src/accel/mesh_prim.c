@@ -209,9 +209,9 @@ static void mesh_surface(const Prim *prim, const Ray *ray, const Hit *hit, Surfa
     s->p = vec3_add(*a, vec3_add(to_b, to_c));
     Vec3 sizes, n = s->n = triangle_normal(a, b, c, &sizes);
     /* Whatever the weights, only the roundings lead off the triangle's plane: of the differences, products and their sum,
-     * three of at most the longer edge's size, and of the last sum, one; that of a leaving ray's origin is another. With 18
-     * roundings of the sums that make n . (a - p), twice what triangle_behind allows for, it tells the side of the plane for
-     * such a ray in double; not at any price. */
+     * three of at most the longer edge's size, and of the last sum, one; that of a leaving ray's origin is another. With
+     * 18 roundings of the sums that make n . (a - p), twice what triangle_behind allows for, it tells the side of the plane
+     * for such a ray in double; not at any price. */
     double edge = larger(vec3_max(vec3_abs(e)), vec3_max(vec3_abs(f))), flat = fabs(n.x) + fabs(n.y) + fabs(n.z);
     double sums = vec3_dot(sizes, vec3_add(vec3_abs(to_b), vec3_abs(to_c))) / flat;
     double off = GAMMA(5) * edge + GAMMA(18) * smaller(sums, edge);

@@ -16,7 +16,16 @@ static int product_order(double a, double b, double c, double d)
     return exact_sign(&sum);
 }
 
-static bool is_double(const Vec3Pair *a) { return a->lo.x == 0 && a->lo.y == 0 && a->lo.z == 0; }
+static Vec3 vec3_from(const Double4 *a) { return vec3_make((*a)[0], (*a)[1], (*a)[2]); }
+static bool is_double(const Vec3Pair *a) { return a->lo[0] == 0 && a->lo[1] == 0 && a->lo[2] == 0; }
+
+/* q - p, exactly. */
+static void pair_between(const Vec3 *p, const Vec3 *q, Vec3Pair *r)
+{
+    Double4 from, to;
+    double4_from(p, &from), double4_from(q, &to);
+    double4_difference(&to, &from, r);
+}
 
 static bool parallel(Vec3 a, Vec3 b)
 {
@@ -59,17 +68,21 @@ int edge_sign(const Shear *s, const Vec3 *p, const Vec3 *q, double *value)
 {
     const Vec3 *d = &s->ray->d, *o = &s->ray->o;
     double dz = (&s->d.x)[s->kz];
-    Vec3Pair from = pair_between(o, p), to = pair_between(o, q), d_scaled = {s->d, {0, 0, 0}};
-    Vec3 size;
+    Vec3Pair from, to, n, d_scaled = {.lo = {0}};
+    pair_between(o, p, &from), pair_between(o, q, &to), double4_from(&s->d, &d_scaled.hi);
+    Vec3 f = vec3_from(&from.hi), t = vec3_from(&to.hi);
     ExactSum sum = {.low = EXACT_LIMBS};
     bool doubles[2] = {is_double(&from), is_double(&to)};
-    if (!(doubles[0] && parallel(from.hi, *d)) && !(doubles[1] && parallel(to.hi, *d))) {  /* no end is on the line */
-        Dd volume = pair_dot(pair_cross(from, to, &size), d_scaled);
+    if (!(doubles[0] && parallel(f, *d)) && !(doubles[1] && parallel(t, *d))) {  /* no end is on the line */
+        Double4 size;
+        pair_cross(&from, &to, &n, &size);
+        Dd volume = pair_dot(&n, &d_scaled);
         *value = volume.hi / dz;
         /* as for triangle_t, a third more */
-        if (fabs(volume.hi) > 8 * DD_ROUNDOFF * vec3_dot(size, vec3_abs(s->d)) + 0x1p-900) return *value > 0 ? 1 : -1;
+        double margin = 8 * DD_ROUNDOFF * vec3_dot(vec3_from(&size), vec3_abs(s->d)) + 0x1p-900;
+        if (fabs(volume.hi) > margin) return *value > 0 ? 1 : -1;
         if (doubles[0] && doubles[1]) {
-            add_volume(&sum, d, &from.hi, &to.hi);
+            add_volume(&sum, d, &f, &t);
         } else {
             add_volume(&sum, d, p, q);
             add_volume(&sum, d, q, o);
@@ -102,10 +115,13 @@ double triangle_t_between(const Shear *s, const Vec3 *a, const Vec3 *b, const Ve
     return t * s->scale;
 }
 
-static Vec3Pair pair_scaled(Vec3Pair a)
+/* q - p times a power of two that brings it to 1. */
+static void scaled_between(const Vec3 *p, const Vec3 *q, Vec3Pair *r)
 {
-    double k = vec3_pow2_scale(a.hi);
-    return (Vec3Pair){vec3_scale(a.hi, k), vec3_scale(a.lo, k)};
+    double k = vec3_pow2_scale(vec3_sub(*q, *p));
+    pair_between(p, q, r);
+    r->hi *= k;
+    r->lo *= k;
 }
 
 /* In double each component is off by 4 u of its size: by 7 u of them all together, and by 28 u of the normal if no size
@@ -114,7 +130,12 @@ Vec3 triangle_normal(const Vec3 *a, const Vec3 *b, const Vec3 *c, Vec3 *size)
 {
     Vec3 n = triangle_cross(a, b, c, size);
     if (vec3_max(*size) + 0x1p-900 <= 4 * vec3_max(vec3_abs(n))) return n;
-    Vec3Pair fine = pair_cross(pair_scaled(pair_between(a, b)), pair_scaled(pair_between(a, c)), size);
+    Vec3Pair e, f, fine;
+    Double4 sizes;
+    scaled_between(a, b, &e);
+    scaled_between(a, c, &f);
+    pair_cross(&e, &f, &fine, &sizes);
     *size = vec3_make(0, 0, 0);
-    return vec3_add(fine.hi, fine.lo);
+    fine.hi += fine.lo;
+    return vec3_from(&fine.hi);
 }

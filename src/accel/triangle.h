@@ -97,8 +97,8 @@ typedef struct {
 /* False if the line passes the triangle. A triangle that is seen exactly edge on is never crossed.
  *
  * z is the mean of the vertices' z by the edge functions, of sum S. These are off by the margin M, which moves it by at
- * most 3 M / |S| of the way between two vertices, 2 |z| at most. The z are off by u, which the weights can double, the mean's
- * three products, two sums and quotient by 8 more. */
+ * most 3 M / |S| of the way between two vertices, 2 |z| at most. The z are off by u, which the weights can double, the
+ * mean's three products, two sums and quotient by 8 more. */
 static inline __attribute__((always_inline)) bool triangle_cut(const Shear *s, const Vec3 *a, const Vec3 *b, const Vec3 *c,
                                                                TriangleCut *cut)
 {
@@ -152,44 +152,81 @@ static inline bool triangle_behind(const Shear *s, const Vec3 *a, const Vec3 *b,
     return triangle_entered(s, cut) ? side > doubt : side < -doubt;
 }
 
-/* Vectors in twice the precision, as sums of two doubles. Errors below are in units of u^2, u being the unit roundoff;
- * 16 of them are DD_ROUNDOFF. */
-typedef struct { Vec3 hi, lo; } Vec3Pair;
+/* Vectors in twice the precision, sums of two doubles for each of x, y, z (and a copy of x that makes four), in the
+ * compiler's vector notation, by address so that no convention of passing them matters. Errors below are in units of u^2, u
+ * being the unit roundoff; 16 of them are DD_ROUNDOFF. */
+typedef double Double4 __attribute__((vector_size(32)));
+typedef int64_t Long4 __attribute__((vector_size(32)));
+typedef struct { Double4 hi, lo; } Vec3Pair;
 
-/* q - p, exactly. */
-static inline Vec3Pair pair_between(const Vec3 *p, const Vec3 *q)
+static inline __attribute__((always_inline)) void double4_from(const Vec3 *v, Double4 *r)
 {
-    Dd x = dd_sum(q->x, -p->x), y = dd_sum(q->y, -p->y), z = dd_sum(q->z, -p->z);
-    return (Vec3Pair){{x.hi, y.hi, z.hi}, {x.lo, y.lo, z.lo}};
+    *r = (Double4){v->x, v->y, v->z, v->x};
 }
 
-/* (a + al)(b + bl) - (c + cl)(d + dl), low parts being at most u of the high ones; *size becomes |a b| + |c d|. The low
- * part is a sum of at most 4 u size, made with roundings of 14 sizes together; one more is left out. */
-static inline Dd pair_minor(double a, double al, double b, double bl, double c, double cl, double d, double dl, double *size)
+static inline __attribute__((always_inline)) void double4_abs(const Double4 *a, Double4 *r)
 {
-    Dd p = dd_prod(a, b), q = dd_prod(c, d), high = dd_sum(p.hi, -q.hi);
-    *size = fabs(p.hi) + fabs(q.hi);
-    return (Dd){high.hi, high.lo + ((p.lo - q.lo) + ((a * bl + al * b) - (c * dl + cl * d)))};
+    *r = (Double4)((Long4)*a & INT64_MAX);
 }
 
-/* e x f, each component within 16 of its size. */
-static inline Vec3Pair pair_cross(Vec3Pair e, Vec3Pair f, Vec3 *size)
+/* y, z, x. */
+static inline __attribute__((always_inline)) void double4_turn(const Double4 *a, Double4 *r)
 {
-    Vec3 a = e.hi, al = e.lo, b = f.hi, bl = f.lo;
-    Dd x = pair_minor(a.y, al.y, b.z, bl.z, a.z, al.z, b.y, bl.y, &size->x);
-    Dd y = pair_minor(a.z, al.z, b.x, bl.x, a.x, al.x, b.z, bl.z, &size->y);
-    Dd z = pair_minor(a.x, al.x, b.y, bl.y, a.y, al.y, b.x, bl.x, &size->z);
-    return (Vec3Pair){{x.hi, y.hi, z.hi}, {x.lo, y.lo, z.lo}};
+    *r = (Double4){(*a)[1], (*a)[2], (*a)[0], (*a)[1]};
 }
 
-/* n . v for a cross product n: within 96, or 6 DD_ROUNDOFF, of size . |v|. The low part is a sum of at most 8 u of that;
- * its products and nine sums are off by 5 and 64, n by 16, and 4 are left out. */
-static inline Dd pair_dot(Vec3Pair n, Vec3Pair v)
+/* a - b exactly: dd_sum. */
+static inline __attribute__((always_inline)) void double4_difference(const Double4 *a, const Double4 *b, Vec3Pair *r)
 {
-    Dd x = dd_prod(n.hi.x, v.hi.x), y = dd_prod(n.hi.y, v.hi.y), z = dd_prod(n.hi.z, v.hi.z);
-    Dd xy = dd_sum(x.hi, y.hi), xyz = dd_sum(xy.hi, z.hi);
-    double low = (xy.lo + xyz.lo) + (x.lo + y.lo + z.lo) + (vec3_dot(n.hi, v.lo) + vec3_dot(n.lo, v.hi));
-    return dd_sum(xyz.hi, low);
+    Double4 s = *a - *b, back = s - *a;
+    r->lo = (*a - (s - back)) - (*b + back);
+    r->hi = s;
+}
+
+/* a b exactly: dd_prod. */
+static inline __attribute__((always_inline)) void double4_product(const Double4 *a, const Double4 *b, Vec3Pair *r)
+{
+    Double4 p = *a * *b;
+#if defined(__FMA__) && defined(__AVX__)
+    r->lo = __builtin_ia32_vfmaddpd256(*a, *b, -p);
+#else
+    Double4 ca = 0x8000001p0 * *a, ah = ca - (ca - *a), al = *a - ah;
+    Double4 cb = 0x8000001p0 * *b, bh = cb - (cb - *b), bl = *b - bh;
+    r->lo = ((ah * bh - p) + ah * bl + al * bh) + al * bl;
+#endif
+    r->hi = p;
+}
+
+/* e x f, each component within 16 of its size, the sum of its two products' magnitudes. The low part is at most 4 u of the
+ * size, made with roundings of 14 sizes together; one more is left out. */
+static inline __attribute__((always_inline)) void pair_cross(const Vec3Pair *e, const Vec3Pair *f, Vec3Pair *n, Double4 *size)
+{
+    Double4 a, al, b, bl, c, cl, d, dl, ps, qs;
+    double4_turn(&e->hi, &a), double4_turn(&e->lo, &al);
+    double4_turn(&f->hi, &d), double4_turn(&f->lo, &dl);
+    double4_turn(&a, &c), double4_turn(&al, &cl);
+    double4_turn(&d, &b), double4_turn(&dl, &bl);
+    Vec3Pair p, q, high;
+    double4_product(&a, &b, &p);
+    double4_product(&c, &d, &q);
+    double4_difference(&p.hi, &q.hi, &high);
+    double4_abs(&p.hi, &ps), double4_abs(&q.hi, &qs);
+    *size = ps + qs;
+    n->hi = high.hi;
+    n->lo = high.lo + ((p.lo - q.lo) + ((a * bl + al * b) - (c * dl + cl * d)));
+}
+
+static inline __attribute__((always_inline)) double double4_sum(const Double4 *a) { return (*a)[0] + (*a)[1] + (*a)[2]; }
+
+/* n . v for a cross product n: within 96, or 6 DD_ROUNDOFF, of the sum of size |v|. The low part is a sum of at most 8 u of
+ * that; its products and nine sums are off by 5 and 64, n by 16, and 4 are left out. */
+static inline __attribute__((always_inline)) Dd pair_dot(const Vec3Pair *n, const Vec3Pair *v)
+{
+    Vec3Pair p;
+    double4_product(&n->hi, &v->hi, &p);
+    Double4 low = p.lo + (n->hi * v->lo + n->lo * v->hi);
+    Dd xy = dd_sum(p.hi[0], p.hi[1]), xyz = dd_sum(xy.hi, p.hi[2]);
+    return dd_sum(xyz.hi, (xy.lo + xyz.lo) + double4_sum(&low));
 }
 
 /* t somewhere between those of the vertices, half as far from either as they are from each other; that is *err. */
@@ -205,14 +242,21 @@ double triangle_t_between(const Shear *s, const Vec3 *a, const Vec3 *b, const Ve
  * denominator, the quotient is off by twice that at most, relative to the computed one. 2^-900 is for what underflows. */
 static inline double triangle_t(const Shear *s, const Vec3 *a, const Vec3 *b, const Vec3 *c, double *err)
 {
-    Vec3 size;
-    Vec3Pair d = {s->d, {0, 0, 0}}, to = pair_between(&s->ray->o, a);
-    Vec3Pair n = pair_cross(pair_between(a, b), pair_between(a, c), &size);
-    Dd top = pair_dot(n, to), slope = pair_dot(n, d);
+    Double4 va, vb, vc, vo, size, far, steps;
+    double4_from(a, &va), double4_from(b, &vb), double4_from(c, &vc), double4_from(&s->ray->o, &vo);
+    Vec3Pair d = {.lo = {0}}, to, e, f, n;
+    double4_from(&s->d, &d.hi);
+    double4_difference(&va, &vo, &to);
+    double4_difference(&vb, &va, &e);
+    double4_difference(&vc, &va, &f);
+    pair_cross(&e, &f, &n, &size);
+    Dd top = pair_dot(&n, &to), slope = pair_dot(&n, &d);
     double per_slope = 1 / slope.hi, t0 = top.hi * per_slope;
     Dd back = dd_prod(t0, slope.hi);
     double t = t0 + (((top.hi - back.hi) - back.lo) + (top.lo - t0 * slope.lo)) * per_slope;
-    double across = vec3_dot(size, vec3_abs(s->d)), along = vec3_dot(size, vec3_abs(to.hi)), steep = fabs(slope.hi);
+    double4_abs(&to.hi, &far), double4_abs(&d.hi, &steps);
+    far *= size, steps *= size;
+    double across = double4_sum(&steps), along = double4_sum(&far), steep = fabs(slope.hi);
     if (!(steep > 12 * DD_ROUNDOFF * across + 0x1p-900)) return triangle_t_between(s, a, b, c, err);
     double off = 12 * DD_ROUNDOFF * (along + fabs(t) * across) + 0x1p-900;
     *err = (2 * UNIT_ROUNDOFF * fabs(t) + off / steep) * s->scale;

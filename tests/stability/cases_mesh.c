@@ -528,7 +528,8 @@ static void places(Row *row, uint64_t trials)
                 Ray to = ray, before = ray;
                 to.tmax = hit.t;
                 before.tmax = nextafter(hit.t, 0);
-                same = hit.t == first->t && prim->ops->occluded(prim, &to, &scratch) && !prim->ops->occluded(prim, &before, &scratch);
+                same = hit.t == first->t && prim->ops->occluded(prim, &to, &scratch) &&
+                       !prim->ops->occluded(prim, &before, &scratch);
             }
             row_trial(row, same, "intersect and occluded aren't the first edge; %s", ray_text(&ray).text);
         }
