@@ -18,13 +18,13 @@ static void walk_init(Walk *w, const MeshPrim *mesh, const Ray *ray)
     FilterRay filter = {{(float)ray->o.x, (float)ray->o.y, (float)ray->o.z},
                         {(float)(ray->d.x * scale), (float)(ray->d.y * scale), (float)(ray->d.z * scale)},
                         slab_up((float)vec3_max(vec3_abs(ray->o))) + mesh->reach};
-    mesh_ray_init(&w->confirm, mesh, ray, filter);
+    mesh_ray_init(&w->confirm, mesh, ray, filter, ray->tmax);
 }
 
 static bool nearest_leaf(void *context, uint32_t block)
 {
     Walk *w = context;
-    if (nearer_in_block(&w->confirm, block, w->tmax_slab)) w->tmax_slab = slab_t_up(&w->slab, w->confirm.tmax);
+    if (nearer_in_block(&w->confirm, block, w->tmax_slab)) w->tmax_slab = slab_t_up(&w->slab, w->confirm.end.hi);
     return true;
 }
 
@@ -36,6 +36,7 @@ static bool mesh_intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *
     walk_init(&w, mesh, ray);
     slab_walk(&mesh->bvh, &w.slab, fmaxf(0, slab_t_down(&w.slab, ray->tmin)), &w.tmax_slab, nearest_leaf, &w);
     if (!w.confirm.found) return false;
+    mesh_ray_settle(&w.confirm);
     *hit = w.confirm.hit;
     hit->leaf = part_of(mesh, hit->part);
     return true;
@@ -70,24 +71,6 @@ typedef struct {
     Scratch *scratch;
 } LineWalk;
 
-static Vec3 triangle_normal(const Vec3 *a, const Vec3 *b, const Vec3 *c)
-{
-    return vec3_cross(vec3_sub(*b, *a), vec3_sub(*c, *a));
-}
-
-/* Bound on the error of t: the vertices relative to the origin carry one rounding, their shear two more, and the weights
- * move the point within the plane; so the point is off the plane by a few roundings of the coordinates that took part,
- * and of the origin's distance, which the normal's share of the direction turns into an error of t. */
-static double t_bound(const Ray *ray, const Vec3 *a, const Vec3 *b, const Vec3 *c, Vec3 n)
-{
-    Vec3 o = ray->o;
-    Vec3 reach = vec3_add(vec3_add(vec3_abs(vec3_sub(*a, o)), vec3_abs(vec3_sub(*b, o))), vec3_abs(vec3_sub(*c, o)));
-    double r = vec3_max(reach);
-    double across = fabs(vec3_dot(n, ray->d));
-    double off = GAMMA(16) * r * (fabs(n.x) + fabs(n.y) + fabs(n.z));
-    return across > 0 ? off / across : INFINITY;
-}
-
 static bool line_leaf(void *context, uint32_t block)
 {
     LineWalk *w = context;
@@ -95,11 +78,10 @@ static bool line_leaf(void *context, uint32_t block)
     const MeshBlock *b = &mesh->block[block];
     for (uint32_t mask = filter_block(b, &w->walk.confirm.filter, INFINITY, true); mask; mask &= mask - 1) {
         uint32_t index = b->triangle[__builtin_ctz(mask)];
-        const uint32_t *k = mesh->triangle[index];
-        const Vec3 *p = mesh->position;
-        double t, u, v;
-        int facing;
-        if (!test_triangle(&w->walk.confirm, index, &t, &u, &v, &facing)) continue;
+        const Shear *shear = &w->walk.confirm.shear;
+        const Vec3 *p[3];
+        TriangleCut cut;
+        if (!cut_of_mesh(&w->walk.confirm, index, p, &cut)) continue;
         if (w->count == w->capacity) {
             uint32_t capacity = w->capacity ? 2 * w->capacity : 16;
             Crossing *c = arena_alloc(w->scratch->arena, capacity * sizeof *c);
@@ -111,10 +93,10 @@ static bool line_leaf(void *context, uint32_t block)
             w->crossing = c;
             w->capacity = capacity;
         }
-        Vec3 n = triangle_normal(&p[k[0]], &p[k[1]], &p[k[2]]);
-        double err = t_bound(w->walk.confirm.ray, &p[k[0]], &p[k[1]], &p[k[2]], n);
-        bool entering = (w->walk.confirm.shear.sz > 0) == (facing > 0);
-        w->crossing[w->count++] = (Crossing){{.t = t, .t_err = err, .n = n, .u = u, .v = v, .part = index}, entering};
+        Vec3 size;
+        Edge edge = {.n = triangle_normal(p[0], p[1], p[2], &size), .u = cut.u, .v = cut.v, .part = index};
+        edge.t = triangle_t(shear, p[0], p[1], p[2], &edge.t_err);
+        w->crossing[w->count++] = (Crossing){edge, triangle_entered(shear, &cut)};
     }
     return true;
 }
@@ -223,14 +205,17 @@ static void mesh_surface(const Prim *prim, const Ray *ray, const Hit *hit, Surfa
     const uint32_t *k = mesh->triangle[hit->part];
     const Vec3 *a = &mesh->position[k[0]], *b = &mesh->position[k[1]], *c = &mesh->position[k[2]];
     const double w[3] = {1 - hit->u - hit->v, hit->u, hit->v};
-    s->p = vec3_add(vec3_add(vec3_scale(*a, w[0]), vec3_scale(*b, w[1])), vec3_scale(*c, w[2]));
-    /* Weights, products and sums take 7 roundings (pbrt, 3rd ed., 3.9.4). A ray that leaves from here computes its t to
-     * this triangle from differences of the vertices with about as many again, of twice the size; both are covered, or
-     * it could meet the triangle at once. */
-    Vec3 size = vec3_most(vec3_abs(*a), vec3_most(vec3_abs(*b), vec3_abs(*c)));
-    double extent = vec3_max(size);
-    s->p_err = vec3_scale(vec3_add(size, vec3_make(extent, extent, extent)), GAMMA(16));
-    s->n = triangle_normal(a, b, c);
+    Vec3 e = vec3_sub(*b, *a), f = vec3_sub(*c, *a), to_b = vec3_scale(e, w[1]), to_c = vec3_scale(f, w[2]);
+    s->p = vec3_add(*a, vec3_add(to_b, to_c));
+    Vec3 sizes, n = s->n = triangle_normal(a, b, c, &sizes);
+    /* Whatever the weights, only the roundings lead off the triangle's plane: of the differences, products and their sum,
+     * three of at most the longer edge's size, and of the last sum, one; that of a leaving ray's origin is another. With
+     * 18 roundings of the sums that make n . (a - p), twice what triangle_behind allows for, it tells the side of the plane
+     * for such a ray in double; not at any price. */
+    double edge = larger(vec3_max(vec3_abs(e)), vec3_max(vec3_abs(f))), flat = fabs(n.x) + fabs(n.y) + fabs(n.z);
+    double sums = vec3_dot(sizes, vec3_add(vec3_abs(to_b), vec3_abs(to_c))) / flat;
+    double off = GAMMA(5) * edge + GAMMA(18) * smaller(sums, edge);
+    s->p_err = vec3_at(vec3_make(off, off, off), GAMMA(3), vec3_abs(s->p));
     const MeshPart *source = &mesh->source[hit->leaf];
     uint32_t triangle = hit->part - source->first;
     texture_uv(source->mesh, triangle, w, &s->u, &s->v);

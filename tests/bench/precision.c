@@ -265,16 +265,18 @@ static void run_program(const void *rays, int count, const Prim *prim, Scratch *
 }
 
 /* The program's triangle test without what finds the triangle. */
-static void run_woop(const void *rays, int count, const Prim *prim, Scratch *scratch, double *t)
+static void run_cut(const void *rays, int count, const Prim *prim, Scratch *scratch, double *t)
 {
     const Ray *ray = rays;
     const Vec3 *c = mesh_prim_data(prim)->position;
     (void)scratch;
     for (int i = 0; i < count; i++) {
         Shear s = shear_of(&ray[i]);
-        double at, u, v;
-        int facing;
-        t[i] = hit_triangle(&s, &c[0], &c[1], &c[2], &at, &u, &v, &facing) && at > 0 ? at : (double)NAN;
+        TriangleCut cut;
+        t[i] = NAN;
+        if (!triangle_cut(&s, &c[0], &c[1], &c[2], &cut)) continue;
+        double err, at = triangle_t(&s, &c[0], &c[1], &c[2], &err);
+        if (at > 0) t[i] = at;
     }
 }
 
@@ -440,7 +442,7 @@ static const Subject SUBJECT[] = {
     {"torus", torus_truth, 0, torus_limb, {0, 0, 0}, 1 + MINOR, {TEXTBOOK(torus), PROGRAM}},
     {"triangle", triangle_truth, 0, triangle_limb, {0, 0, 0}, 1,
      {TEXTBOOK(triangle), {"Moeller-Trumbore float", FLOAT_RAYS, run_moeller_trumbore_float},
-      {"Moeller-Trumbore double", DOUBLE_RAYS, run_moeller_trumbore_double}, {"Woop double", PROGRAM_RAYS, run_woop},
+      {"Moeller-Trumbore double", DOUBLE_RAYS, run_moeller_trumbore_double}, {"one triangle", PROGRAM_RAYS, run_cut},
       PROGRAM}},
     {"quadratic", NULL, 2, sphere_limb, {0, 0, 0}, 1,
      {TEXTBOOK(quadratic), {"program", DOUBLE_RAYS, run_poly_quadratic}}},
