@@ -84,7 +84,7 @@ typedef struct {
     uint64_t exact;                      /* the nearest hit so far is known in double: hit[] */
     _Alignas(64) uint32_t object[GROUP]; /* of the nearest hit so far */
     uint32_t triangle[GROUP];
-    Hit hit[GROUP];
+    Hit *hit;                            /* the caller's, of the nearest hits that are known in double */
     _Alignas(64) double o[3][GROUP], d[3][GROUP], per_scale[GROUP];  /* d about 1 long */
     float world_reach;
     Space space;
@@ -148,6 +148,8 @@ static inline __attribute__((always_inline)) bool walk_load(Walk *w, const Ray *
     double most = 0;
     for (int k = 0; k < DOUBLES; k++) most = far[k] > most ? far[k] : most;
     *reach = slab_up((float)most);
+    /* the next group's rays are on their way meanwhile */
+    for (uint32_t i = 0; i < GROUP; i++) __builtin_prefetch(&ray[n + i]);
     return *reach < REACH_GREATEST;
 }
 
@@ -970,7 +972,7 @@ static inline __attribute__((always_inline)) Doubles along(Axes k, Doubles x, Do
 }
 
 typedef struct {
-    _Alignas(64) double o[3][DOUBLES], d[3][DOUBLES], corner[3][3][DOUBLES];
+    _Alignas(64) double o[3][DOUBLES], d[3][DOUBLES], scale[DOUBLES], corner[3][3][DOUBLES];  /* d times scale, as in Shear */
     double t[DOUBLES], u[DOUBLES], v[DOUBLES];
 } Confirm;
 
@@ -982,9 +984,7 @@ static __attribute__((noinline)) void confirm_lanes(Confirm *q)
     Vecs d = {*(Doubles *)q->d[0], *(Doubles *)q->d[1], *(Doubles *)q->d[2]}, corner[3];
     for (int i = 0; i < 3; i++)
         corner[i] = (Vecs){*(Doubles *)q->corner[i][0], *(Doubles *)q->corner[i][1], *(Doubles *)q->corner[i][2]};
-    Doubles ax = doubles_abs(d.x), ay = doubles_abs(d.y), az = doubles_abs(d.z), scale;
-    doubles_power(doubles_max(doubles_max(ax, ay), az), &scale);
-    d = (Vecs){d.x * scale, d.y * scale, d.z * scale};
+    Doubles ax = doubles_abs(d.x), ay = doubles_abs(d.y), az = doubles_abs(d.z);
     DoublesMask x_y = doubles_le(ay, ax);
     Axes k = {doubles_mask_and(x_y, doubles_le(az, ax)), doubles_mask_without(doubles_le(az, ay), x_y)};
     Doubles dx = along(k, d.y, d.z, d.x), dy = along(k, d.z, d.x, d.y), dz = along(k, d.x, d.y, d.z);
@@ -1009,7 +1009,7 @@ static __attribute__((noinline)) void confirm_lanes(Confirm *q)
     Doubles per_slope = doubles_set(1) / slope.hi, t0 = top.hi * per_slope;
     Dds back = dds_prod(t0, slope.hi);
     Doubles t = t0 + (((top.hi - back.hi) - back.lo) + (top.lo - t0 * slope.lo)) * per_slope;
-    *(Doubles *)q->t = t * scale;
+    *(Doubles *)q->t = t * *(Doubles *)q->scale;
 }
 
 static void put3(double (*to)[DOUBLES], uint32_t j, const Vec3 *v)
@@ -1019,10 +1019,23 @@ static void put3(double (*to)[DOUBLES], uint32_t j, const Vec3 *v)
     to[2][j] = v->z;
 }
 
-static bool is_plain_direction(Vec3 d)
+/* Ray i in the space of its nearest hit's object. */
+static inline void put_ray(Confirm *q, uint32_t j, const Walk *w, uint32_t i)
 {
-    double most = vec3_max(vec3_abs(d));
-    return most > DIRECTION_LEAST && most < DIRECTION_GREATEST;
+    const Object *object = &w->world->objects[w->object[i]];
+    if (object->in_world) {
+        for (int a = 0; a < 3; a++) {
+            q->o[a][j] = w->o[a][i];
+            q->d[a][j] = w->d[a][i];
+        }
+        q->scale[j] = 1 / w->per_scale[i];
+        return;
+    }
+    Ray local = ray_to_object(object, &w->ray[i]);
+    q->scale[j] = vec3_pow2_scale(local.d);
+    put3(q->o, j, &local.o);
+    Vec3 d = vec3_scale(local.d, q->scale[j]);
+    put3(q->d, j, &d);
 }
 
 /* Computes all the nearest hits in double; the triangles' corners are fetched ahead, first their numbers. */
@@ -1047,18 +1060,10 @@ static void settle_all(Walk *w)
     Confirm q;
     for (uint32_t k = 0; k < n; k += DOUBLES) {
         uint32_t lanes = n - k < DOUBLES ? n - k : DOUBLES;
-        bool plain = true;
         for (uint32_t j = 0; j < DOUBLES; j++) {
-            uint32_t at = k + (j < lanes ? j : 0), i = lane[at];
-            Ray local = ray_to_object(&w->world->objects[w->object[i]], &w->ray[i]);
-            plain = plain && is_plain_direction(local.d);
-            put3(q.o, j, &local.o);
-            put3(q.d, j, &local.d);
+            uint32_t at = k + (j < lanes ? j : 0);
+            put_ray(&q, j, w, lane[at]);
             for (int c = 0; c < 3; c++) put3(q.corner[c], j, &of[at]->position[corner[at][c]]);
-        }
-        if (!plain) {
-            for (uint32_t j = 0; j < lanes; j++) settle(w, lane[k + j]);
-            continue;
         }
         confirm_lanes(&q);
         for (uint32_t j = 0; j < lanes; j++) {
@@ -1068,16 +1073,11 @@ static void settle_all(Walk *w)
     }
 }
 
-static void take_hits(Walk *w, Hit *hits)
+static void take_hits(Walk *w)
 {
     settle_all(w);
-    for (uint32_t i = 0; i < w->count; i++) {
-        if (w->object[i] == HIT_NONE) {
-            hits[i] = (Hit){.t = w->ray[i].tmax, .object = HIT_NONE};
-            continue;
-        }
-        hits[i] = w->hit[i];
-    }
+    for (uint32_t i = 0; i < w->count; i++)
+        if (w->object[i] == HIT_NONE) w->hit[i] = (Hit){.t = w->ray[i].tmax, .object = HIT_NONE};
 }
 
 static void intersect(const World *world, const Ray *rays, Hit *hits, size_t n, Scratch *scratch)
@@ -1091,8 +1091,9 @@ static void intersect(const World *world, const Ray *rays, Hit *hits, size_t n, 
             kernel_scalar.intersect(world, rays + at, hits + at, count, scratch);
             continue;
         }
+        w.hit = hits + at;
         trace(&w, false);
-        take_hits(&w, hits + at);
+        take_hits(&w);
     }
 }
 
