@@ -426,7 +426,8 @@ static bool blame_call(const RenderJob *job, Err *err)
 
 static World *compile(App *app, const RenderJob *job, CompileStats *stats, Err *err)
 {
-    CompileSettings settings = {.srgb = app->line.srgb, .warn = print_warning, .warn_context = app};
+    CompileSettings settings = {.srgb = app->line.srgb, .warn = print_warning, .warn_context = app,
+                                .threads = app->line.threads ? app->line.threads : cpu_allowed()};
     World *world = world_compile(job, &settings, stats, err);
     if (!world) blame_call(job, err);
     return world;

@@ -3,6 +3,8 @@
 #include <stdlib.h>
 
 #include "accel/mesh_data.h"
+#include "common/memory.h"
+#include "common/parallel.h"
 
 typedef struct {
     SlabRay slab;
@@ -258,6 +260,8 @@ static void mesh_prim_destroy(Prim *prim)
 static const PrimOps open_ops = {MESH_OPS};
 static const PrimOps closed_ops = {MESH_OPS, .closed = true, .segments = mesh_segments};
 
+/* ---- making one ---- */
+
 static void fill_block(const MeshPrim *mesh, MeshBlock *b, const uint32_t *item, uint32_t count)
 {
     *b = (MeshBlock){.edge = 0};
@@ -275,25 +279,65 @@ static void fill_block(const MeshPrim *mesh, MeshBlock *b, const uint32_t *item,
     }
 }
 
-/* One block for each leaf, which then refers to it in place of its items. */
-static bool make_blocks(MeshPrim *mesh)
+/* What is found in a chunk of triangles or of nodes, and what the chunks before it hold. */
+typedef struct { Box bounds; uint32_t first_block; } ChunkResult;
+
+typedef struct {
+    MeshPrim *mesh;
+    BvhRef *ref;
+    ChunkResult *chunk;
+} MeshBuild;
+
+static uint32_t leaves_of(const BvhNode *node)
 {
-    Bvh *bvh = &mesh->bvh;
-    uint32_t leaves = 0;
-    for (uint32_t i = 0; i < bvh->node_count; i++)
-        for (int k = 0; k < bvh->node[i].used; k++) leaves += bvh->node[i].count[k] > 0;
-    mesh->block = aligned_alloc(64, (leaves + (size_t)1) * sizeof *mesh->block);
-    if (!mesh->block) return false;
     uint32_t n = 0;
-    for (uint32_t i = 0; i < bvh->node_count; i++)
-        for (int k = 0; k < bvh->node[i].used; k++) {
-            BvhNode *node = &bvh->node[i];
+    for (int k = 0; k < node->used; k++) n += node->count[k] > 0;
+    return n;
+}
+
+static void count_turn(void *context, uint32_t chunk, uint32_t worker)
+{
+    (void)worker;
+    MeshBuild *m = context;
+    const Bvh *bvh = &m->mesh->bvh;
+    uint32_t leaves = 0;
+    for (uint32_t i = chunk * PARALLEL_CHUNK; i < parallel_chunk_end(chunk, bvh->node_count); i++)
+        leaves += leaves_of(&bvh->node[i]);
+    m->chunk[chunk].first_block = leaves;
+}
+
+static void blocks_turn(void *context, uint32_t chunk, uint32_t worker)
+{
+    (void)worker;
+    MeshBuild *m = context;
+    Bvh *bvh = &m->mesh->bvh;
+    uint32_t n = m->chunk[chunk].first_block;
+    for (uint32_t i = chunk * PARALLEL_CHUNK; i < parallel_chunk_end(chunk, bvh->node_count); i++) {
+        BvhNode *node = &bvh->node[i];
+        for (int k = 0; k < node->used; k++) {
             if (node->count[k] == 0) continue;
-            fill_block(mesh, &mesh->block[n], bvh->order + node->child[k], node->count[k]);
+            fill_block(m->mesh, &m->mesh->block[n], bvh->order + node->child[k], node->count[k]);
             node->child[k] = n++;
         }
-    free(bvh->order);
-    bvh->order = NULL;
+    }
+}
+
+/* One block for each leaf, which then refers to it in place of its items. */
+static bool make_blocks(MeshBuild *m, uint32_t threads)
+{
+    MeshPrim *mesh = m->mesh;
+    uint32_t chunks = parallel_chunks(mesh->bvh.node_count), leaves = 0;
+    parallel_for(threads, chunks, count_turn, m);
+    for (uint32_t i = 0; i < chunks; i++) {
+        uint32_t here = m->chunk[i].first_block;
+        m->chunk[i].first_block = leaves;
+        leaves += here;
+    }
+    mesh->block = memory_array(leaves + (size_t)1, sizeof *mesh->block);
+    if (!mesh->block) return false;
+    parallel_for(threads, chunks, blocks_turn, m);
+    free(mesh->bvh.order);
+    mesh->bvh.order = NULL;
     return true;
 }
 
@@ -302,24 +346,44 @@ const MeshPrim *mesh_prim_data(const Prim *prim)
     return prim->ops == &open_ops || prim->ops == &closed_ops ? (const MeshPrim *)prim : NULL;
 }
 
-static bool build(MeshPrim *mesh, Err *err)
+static void refs_turn(void *context, uint32_t chunk, uint32_t worker)
 {
-    BoxF *box = malloc((mesh->triangle_count + (size_t)1) * sizeof *box);
-    if (!box) return err_memory(err, "a mesh");
-    mesh->bounds = box_empty();
-    for (uint32_t i = 0; i < mesh->triangle_count; i++) {
+    (void)worker;
+    MeshBuild *m = context;
+    const MeshPrim *mesh = m->mesh;
+    Box bounds = box_empty();
+    for (uint32_t i = chunk * PARALLEL_CHUNK; i < parallel_chunk_end(chunk, mesh->triangle_count); i++) {
         Box b = box_empty();
         for (int j = 0; j < 3; j++) b = box_add_point(b, mesh->position[mesh->triangle[i][j]]);
-        box[i] = boxf_from_box(b);
-        mesh->bounds = box_union(mesh->bounds, b);
+        m->ref[i] = bvh_ref(boxf_from_box(b), i);
+        bounds = box_union(bounds, b);
     }
-    mesh->reach = slab_up((float)box_reach(mesh->bounds));
-    bool ok = bvh_build(&mesh->bvh, box, mesh->triangle_count, BLOCK, TRIANGLE_COST, err);
-    free(box);
-    return ok && (make_blocks(mesh) || err_memory(err, "a mesh"));
+    m->chunk[chunk].bounds = bounds;
 }
 
-Prim *mesh_prim_create(const Mesh *mesh, bool closed, Err *err)
+static bool build(MeshPrim *mesh, const MeshSettings *settings, Err *err)
+{
+    uint32_t chunks = parallel_chunks(mesh->triangle_count), threads = settings ? settings->threads : 1;
+    MeshBuild m = {.mesh = mesh};
+    m.ref = memory_array(mesh->triangle_count + (size_t)1, sizeof *m.ref);
+    m.chunk = malloc((chunks + (size_t)1) * sizeof *m.chunk);
+    bool ok = (m.ref && m.chunk) || err_memory(err, "a mesh");
+    if (ok) {
+        parallel_for(threads, chunks, refs_turn, &m);
+        mesh->bounds = box_empty();
+        for (uint32_t i = 0; i < chunks; i++) mesh->bounds = box_union(mesh->bounds, m.chunk[i].bounds);
+        mesh->reach = slab_up((float)box_reach(mesh->bounds));
+        BvhSettings bvh = {.max_leaf = BLOCK, .block = BLOCK, .block_cost = BLOCK * TRIANGLE_COST,
+                            .threads = threads};
+        ok = bvh_build(&mesh->bvh, m.ref, mesh->triangle_count, &bvh, err);
+    }
+    free(m.ref);
+    ok = ok && (make_blocks(&m, threads) || err_memory(err, "a mesh"));
+    free(m.chunk);
+    return ok;
+}
+
+Prim *mesh_prim_create(const Mesh *mesh, bool closed, const MeshSettings *settings, Err *err)
 {
     MeshPrim *p = calloc(1, sizeof *p);
     MeshPart *source = calloc(1, sizeof *source);
@@ -336,14 +400,14 @@ Prim *mesh_prim_create(const Mesh *mesh, bool closed, Err *err)
     *source = (MeshPart){mesh, 0, affine_identity()};
     p->source = source;
     p->source_count = 1;
-    if (!build(p, err)) {
+    if (!build(p, settings, err)) {
         mesh_prim_destroy(&p->prim);
         return NULL;
     }
     return &p->prim;
 }
 
-Prim *mesh_prim_bake(const BakedMesh *baked, uint32_t count, Err *err)
+Prim *mesh_prim_bake(const BakedMesh *baked, uint32_t count, const MeshSettings *settings, Err *err)
 {
     size_t positions = 0, triangles = 0;
     for (uint32_t i = 0; i < count; i++) {
@@ -373,7 +437,7 @@ Prim *mesh_prim_bake(const BakedMesh *baked, uint32_t count, Err *err)
         p->triangle_count += mesh->triangle_count;
         position_count += mesh->position_count;
     }
-    if (!build(p, err)) {
+    if (!build(p, settings, err)) {
         mesh_prim_destroy(&p->prim);
         return NULL;
     }

@@ -11,6 +11,7 @@ typedef struct {
     bool srgb;            /* decode textures */
     void (*warn)(void *context, const char *text);
     void *warn_context;
+    uint32_t threads;     /* that build BVHs; 0 counts as 1 */
 } CompileSettings;
 
 /* Filled as compile goes, kept also when it fails. Times in seconds. */
