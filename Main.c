@@ -43,6 +43,7 @@ typedef struct {
     bool has_size, has_crop;
     uint32_t width, height, crop[4];
     uint32_t threads;              /* 0: by the machine and the picture */
+    bool fast_bvh;                 /* --bvh fast */
     bool legacy, srgb, check, quiet;
     bool help, version;            /* were asked for */
     RenderOptions options;
@@ -160,6 +161,12 @@ static bool set_threads(CommandLine *line, const char *value, Err *err)
            bad_value("-t", value, "an integer from 1 to 1024", err);
 }
 
+static bool set_bvh(CommandLine *line, const char *value, Err *err)
+{
+    line->fast_bvh = strcmp(value, "fast") == 0;
+    return line->fast_bvh || strcmp(value, "best") == 0 || bad_value("--bvh", value, "fast or best", err);
+}
+
 static bool set_include(CommandLine *line, const char *value, Err *err)
 {
     line->include[line->include_count++] = value;
@@ -193,6 +200,9 @@ static const struct {
     {0, "background", "R,G,B", set_background, 0, "colour where nothing is hit"},
     {0, "srgb", NULL, NULL, offsetof(CommandLine, srgb), "decode textures from sRGB, encode the picture"},
     {'t', "threads", "N", set_threads, 0, "threads (as many as processors are allowed)"},
+    {0, "bvh", "fast|best", set_bvh, 0,
+     "how to build for meshes: best (the default) cuts\n"
+     "triangles that are long beside their neighbours"},
     {'I', "include", "DIR", set_include, 0,
      "look for inputs there too, after the script's\n"
      "folder and the working directory; repeatable"},
@@ -427,7 +437,8 @@ static bool blame_call(const RenderJob *job, Err *err)
 static World *compile(App *app, const RenderJob *job, CompileStats *stats, Err *err)
 {
     CompileSettings settings = {.srgb = app->line.srgb, .warn = print_warning, .warn_context = app,
-                                .threads = app->line.threads ? app->line.threads : cpu_allowed()};
+                                .threads = app->line.threads ? app->line.threads : cpu_allowed(),
+                                .split = !app->line.fast_bvh};
     World *world = world_compile(job, &settings, stats, err);
     if (!world) blame_call(job, err);
     return world;

@@ -20,7 +20,7 @@
 #include "common/parallel.h"
 
 enum {
-    BINS = 16,
+    BINS = 32,
     PIECE = 4096,       /* boxes that one thread takes at once */
     MEDIAN_DEPTH = 60,  /* below it ranges are halved by count: bounds the depth whatever the boxes are */
 };
@@ -97,7 +97,7 @@ static void bins_merge(Bins *to, const Bins *from, uint32_t n)
 /* Fewer for fewer boxes. */
 static uint32_t bin_number(uint32_t count)
 {
-    uint32_t n = 4 + count / 8;
+    uint32_t n = 4 + count / 16;
     return n < BINS ? n : BINS;
 }
 

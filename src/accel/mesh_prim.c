@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "accel/mesh_data.h"
+#include "accel/mesh_split.h"
 #include "common/memory.h"
 #include "common/parallel.h"
 
@@ -129,6 +130,16 @@ static int by_t(const void *a, const void *b)
     return (p->edge.part > q->edge.part) - (p->edge.part < q->edge.part);
 }
 
+/* The crossings in order, a triangle that stands in several leaves once. */
+static uint32_t sort_crossings(Crossing *c, uint32_t count)
+{
+    uint32_t kept = 0;
+    if (count) qsort(c, count, sizeof *c, by_t);
+    for (uint32_t i = 0; i < count; i++)
+        if (kept == 0 || by_t(&c[kept - 1], &c[i]) != 0) c[kept++] = c[i];
+    return kept;
+}
+
 /* Inside is where the winding number isn't zero, so parts that overlap are one solid and a mesh that is inside out is
  * a solid too. */
 static bool mesh_segments(const Prim *prim, const Ray *ray, SegList *list)
@@ -155,7 +166,7 @@ static bool mesh_segments(const Prim *prim, const Ray *ray, SegList *list)
     w.walk.tmax_slab = INFINITY;
     slab_walk(&mesh->bvh, &w.walk.slab, 0, &w.walk.tmax_slab, line_leaf, &w);
     if (list->scratch->out_of_memory) return false;
-    if (w.count) qsort(w.crossing, w.count, sizeof *w.crossing, by_t);
+    w.count = sort_crossings(w.crossing, w.count);
     int depth = 0;
     const Edge *in = NULL;
     for (uint32_t i = 0; i < w.count; i++) {
@@ -288,6 +299,18 @@ typedef struct {
     ChunkResult *chunk;
 } MeshBuild;
 
+/* A triangle that was cut may have come to a leaf with two of its boxes. Returns how many items are left. */
+static uint32_t drop_repeated(uint32_t *item, uint32_t count)
+{
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t k = 0;
+        while (k < kept && item[k] != item[i]) k++;
+        if (k == kept) item[kept++] = item[i];
+    }
+    return kept;
+}
+
 static uint32_t leaves_of(const BvhNode *node)
 {
     uint32_t n = 0;
@@ -316,7 +339,9 @@ static void blocks_turn(void *context, uint32_t chunk, uint32_t worker)
         BvhNode *node = &bvh->node[i];
         for (int k = 0; k < node->used; k++) {
             if (node->count[k] == 0) continue;
-            fill_block(m->mesh, &m->mesh->block[n], bvh->order + node->child[k], node->count[k]);
+            uint32_t *item = bvh->order + node->child[k];
+            node->count[k] = (uint8_t)drop_repeated(item, node->count[k]);
+            fill_block(m->mesh, &m->mesh->block[n], item, node->count[k]);
             node->child[k] = n++;
         }
     }
@@ -361,24 +386,39 @@ static void refs_turn(void *context, uint32_t chunk, uint32_t worker)
     m->chunk[chunk].bounds = bounds;
 }
 
+/* The triangles' boxes, and the mesh's own. */
+static bool make_refs(MeshBuild *m, const MeshSettings *settings, uint32_t *count)
+{
+    MeshPrim *mesh = m->mesh;
+    uint32_t chunks = parallel_chunks(mesh->triangle_count);
+    *count = mesh->triangle_count;
+    m->ref = memory_array(*count + (size_t)1, sizeof *m->ref);
+    if (!m->ref) return false;
+    parallel_for(settings->threads, chunks, refs_turn, m);
+    mesh->bounds = box_empty();
+    for (uint32_t i = 0; i < chunks; i++) mesh->bounds = box_union(mesh->bounds, m->chunk[i].bounds);
+    mesh->reach = slab_up((float)box_reach(mesh->bounds));
+    if (!settings->split) return true;
+    SplitMesh split = {mesh->position, mesh->triangle, mesh->triangle_count, mesh->bounds};
+    return mesh_split(&split, settings->threads, &m->ref, count);
+}
+
 static bool build(MeshPrim *mesh, const MeshSettings *settings, Err *err)
 {
-    uint32_t chunks = parallel_chunks(mesh->triangle_count), threads = settings ? settings->threads : 1;
+    static const MeshSettings plain = {.threads = 1};
+    if (!settings) settings = &plain;
     MeshBuild m = {.mesh = mesh};
-    m.ref = memory_array(mesh->triangle_count + (size_t)1, sizeof *m.ref);
-    m.chunk = malloc((chunks + (size_t)1) * sizeof *m.chunk);
-    bool ok = (m.ref && m.chunk) || err_memory(err, "a mesh");
+    uint32_t count;
+    /* a node holds at least a triangle, so there are no more chunks of nodes than of references */
+    m.chunk = malloc((parallel_chunks(mesh->triangle_count) * (size_t)2 + 1) * sizeof *m.chunk);
+    bool ok = (m.chunk && make_refs(&m, settings, &count)) || err_memory(err, "a mesh");
     if (ok) {
-        parallel_for(threads, chunks, refs_turn, &m);
-        mesh->bounds = box_empty();
-        for (uint32_t i = 0; i < chunks; i++) mesh->bounds = box_union(mesh->bounds, m.chunk[i].bounds);
-        mesh->reach = slab_up((float)box_reach(mesh->bounds));
         BvhSettings bvh = {.max_leaf = BLOCK, .block = BLOCK, .block_cost = BLOCK * TRIANGLE_COST,
-                            .threads = threads};
-        ok = bvh_build(&mesh->bvh, m.ref, mesh->triangle_count, &bvh, err);
+                           .threads = settings->threads};
+        ok = bvh_build(&mesh->bvh, m.ref, count, &bvh, err);
     }
     free(m.ref);
-    ok = ok && (make_blocks(&m, threads) || err_memory(err, "a mesh"));
+    ok = ok && (make_blocks(&m, settings->threads) || err_memory(err, "a mesh"));
     free(m.chunk);
     return ok;
 }

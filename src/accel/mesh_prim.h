@@ -9,11 +9,11 @@
 
 typedef struct {
     uint32_t threads;   /* 0 counts as 1 */
+    bool split;         /* boxes of long triangles are cut (mesh_split.h): slower to build, faster to trace */
 } MeshSettings;
 
 /* A mesh in its own space; borrows the mesh. `closed`: the caller has seen mesh_is_closed, so it may be a CSG operand.
- * `settings` NULL: one thread.
- * NULL and *err (ERR_LIMIT) without memory. */
+ * `settings` NULL: one thread, no cuts. NULL and *err (ERR_LIMIT) without memory. */
 Prim *mesh_prim_create(const Mesh *mesh, bool closed, const MeshSettings *settings, Err *err);
 
 /* Several meshes, each with its matrix, baked into one set in the space that the matrices lead to. Hit.leaf is the

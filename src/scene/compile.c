@@ -271,7 +271,10 @@ static Affine times_power(Affine a, int exponent)
     return affine_mul(&a, &scale);
 }
 
-static MeshSettings mesh_settings(const Compile *c) { return (MeshSettings){.threads = c->settings->threads}; }
+static MeshSettings mesh_settings(const Compile *c)
+{
+    return (MeshSettings){.threads = c->settings->threads, .split = c->settings->split};
+}
 
 static Prim *made_mesh(const Compile *c, const Mesh *mesh, bool closed)
 {
