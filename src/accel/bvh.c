@@ -130,14 +130,14 @@ static void bins_fill(Bins *bins, const Range *r, uint32_t n, const BvhRef *ref,
 /* The number of blocks that each of four counts of items fills, `shift` being the logarithm of a block's size. */
 static inline Float4 blocks4(Int4 count, uint32_t shift)
 {
-    return __builtin_convertvector((count + ((1 << shift) - 1)) >> (int32_t)shift, Float4);
+    int32_t s = (int32_t)shift, up = (1 << s) - 1;
+    return __builtin_convertvector((count + (Int4){up, up, up, up}) >> (Int4){s, s, s, s}, Float4);
 }
 
-/* The split of least cost, the three axes side by side. An empty side has an area that is no number, and so has the sum,
- * which is less than nothing. */
-static Split best_split(const Bins *bins, const Range *r, uint32_t n, uint32_t shift)
+/* What the right side costs that begins with each bin but the first, the three axes side by side. An empty side has an area
+ * that is no number. */
+static void right_costs(const Bins *bins, uint32_t n, uint32_t shift, Float4 *cost)
 {
-    Float4 right[BINS];
     Box4 x = box4_empty(), y = x, z = x;
     Int4 count = {0, 0, 0, 0};
     for (uint32_t i = n - 1; i > 0; i--) {
@@ -145,10 +145,17 @@ static Split best_split(const Bins *bins, const Range *r, uint32_t n, uint32_t s
         y = box4_union(y, bins->box[1][i]);
         z = box4_union(z, bins->box[2][i]);
         count += *(const Int4 *)bins->count[i];
-        right[i] = half_areas(x, y, z) * blocks4(count, shift);
+        cost[i] = half_areas(x, y, z) * blocks4(count, shift);
     }
-    x = y = z = box4_empty();
-    count = (Int4){0, 0, 0, 0};
+}
+
+/* The split of least cost. A cost that is no number isn't less than any. */
+static Split best_split(const Bins *bins, const Range *r, uint32_t n, uint32_t shift)
+{
+    Float4 right[BINS];
+    right_costs(bins, n, shift, right);
+    Box4 x = box4_empty(), y = x, z = x;
+    Int4 count = {0, 0, 0, 0};
     Float4 best = float4_set(INFINITY);
     Int4 at = {0, 0, 0, 0};
     for (uint32_t i = 1; i < n; i++) {
@@ -159,7 +166,8 @@ static Split best_split(const Bins *bins, const Range *r, uint32_t n, uint32_t s
         Float4 cost = half_areas(x, y, z) * blocks4(count, shift) + right[i];
         Int4 less = cost < best;
         best = (Float4)((less & (Int4)cost) | (~less & (Int4)best));
-        at = (less & (int32_t)i) | (~less & at);
+        int32_t here = (int32_t)i;
+        at = (less & (Int4){here, here, here, here}) | (~less & at);
     }
     Float4 scale = bin_scale(r, n);
     Split split = {.axis = -1, .cost = INFINITY};
@@ -237,7 +245,8 @@ static Sides partition(BvhRef *ref, uint32_t count, const Split *split)
 
 static Range range_of_side(const Range *r, const Sides *s, int side)
 {
-    return (Range){s->box[side], s->centre[side], side ? r->first + s->left : r->first, side ? r->count - s->left : s->left};
+    if (side == 0) return (Range){s->box[0], s->centre[0], r->first, s->left};
+    return (Range){s->box[1], s->centre[1], r->first + s->left, r->count - s->left};
 }
 
 /* ---- the binary tree ---- */
@@ -311,7 +320,7 @@ typedef struct {
     atomic_bool failed;         /* no memory */
 } Build;
 
-/* Whether a range that may be a leaf is better parted, when parting costs `sides`. Its own node is counted as a wide one. */
+/* Whether a range that may be a leaf is better parted, its sides costing `sides` and its node as much as a wide one. */
 static bool pays(const Build *b, const Range *r, float sides)
 {
     float area = half_area(r->box);
@@ -659,7 +668,7 @@ static uint32_t children(const Build *b, const Binary *root, const Binary **chil
     return gather(b, root, BVH_WIDTH, child, 0);
 }
 
-/* The number of wide nodes below that of a subtree; in the top those only that are in the top or the first of an emission. */
+/* The number of wide nodes below that of a subtree; in the top only those in the top and the first of each emission. */
 static uint32_t count_below(const Build *b, const Binary *root)
 {
     const Binary *child[BVH_WIDTH];

@@ -22,7 +22,7 @@ static inline float boxf_down(double x)
     float f = (float)x;
     int32_t bits;
     memcpy(&bits, &f, sizeof bits);
-    bits -= (1 | bits >> 31) * ((double)f > x);  /* no branch: it would go either way */
+    bits -= (bits < 0 ? -1 : 1) * ((double)f > x);  /* no branch: it would go either way */
     memcpy(&f, &bits, sizeof f);
     return f;
 }
@@ -69,7 +69,7 @@ static inline BvhRef bvh_ref(BoxF b, uint32_t item)
 
 typedef struct {
     uint32_t max_leaf;   /* greatest number of items in a leaf, 1 to 255 */
-    uint32_t block;      /* items that are tested together, a power of two: n of them cost as much as n / block, rounded up */
+    uint32_t block;      /* items that are tested together, a power of two: n cost as much as n / block, rounded up */
     float block_cost;    /* the cost of testing a block as a multiple of that of testing one node */
     uint32_t threads;    /* 0 counts as 1 */
 } BvhSettings;

@@ -15,9 +15,9 @@ typedef struct {
 /* At most so many times as many boxes are added as there are triangles. */
 #define SPLIT_BUDGET 0.2
 
-/* *ref holds a box for each triangle, in order; it is freed and replaced where cutting pays (see mesh_split.c), *count being
- * set to the number of boxes. Those of a triangle cover it, rounded outward. False, and nothing changed, without memory.
- * The result doesn't depend on the threads. */
+/* *ref holds a box for each triangle, in order; it is freed and replaced where cutting pays (see mesh_split.c), *count
+ * being set to the number of boxes. Those of a triangle cover it, rounded outward. False without memory, nothing being
+ * changed. The result doesn't depend on the threads. */
 bool mesh_split(const SplitMesh *mesh, uint32_t threads, BvhRef **ref, uint32_t *count);
 
 #endif
