@@ -3,6 +3,9 @@
 #include <stdlib.h>
 
 #include "accel/mesh_data.h"
+#include "accel/mesh_split.h"
+#include "common/memory.h"
+#include "common/parallel.h"
 
 typedef struct {
     SlabRay slab;
@@ -109,6 +112,16 @@ static int by_t(const void *a, const void *b)
     return (p->edge.part > q->edge.part) - (p->edge.part < q->edge.part);
 }
 
+/* The crossings in order, a triangle that stands in several leaves once. */
+static uint32_t sort_crossings(Crossing *c, uint32_t count)
+{
+    uint32_t kept = 0;
+    if (count) qsort(c, count, sizeof *c, by_t);
+    for (uint32_t i = 0; i < count; i++)
+        if (kept == 0 || by_t(&c[kept - 1], &c[i]) != 0) c[kept++] = c[i];
+    return kept;
+}
+
 /* Inside is where the winding number isn't zero, so parts that overlap are one solid and a mesh that is inside out is
  * a solid too. */
 static bool mesh_segments(const Prim *prim, const Ray *ray, SegList *list)
@@ -135,7 +148,7 @@ static bool mesh_segments(const Prim *prim, const Ray *ray, SegList *list)
     w.walk.tmax_slab = INFINITY;
     slab_walk(&mesh->bvh, &w.walk.slab, 0, &w.walk.tmax_slab, line_leaf, &w);
     if (list->scratch->out_of_memory) return false;
-    if (w.count) qsort(w.crossing, w.count, sizeof *w.crossing, by_t);
+    w.count = sort_crossings(w.crossing, w.count);
     int depth = 0;
     const Edge *in = NULL;
     for (uint32_t i = 0; i < w.count; i++) {
@@ -243,6 +256,8 @@ static void mesh_prim_destroy(Prim *prim)
 static const PrimOps open_ops = {MESH_OPS};
 static const PrimOps closed_ops = {MESH_OPS, .closed = true, .segments = mesh_segments};
 
+/* ---- making one ---- */
+
 static void fill_block(const MeshPrim *mesh, MeshBlock *b, const uint32_t *item, uint32_t count)
 {
     *b = (MeshBlock){.count = count};
@@ -260,26 +275,80 @@ static void fill_block(const MeshPrim *mesh, MeshBlock *b, const uint32_t *item,
     }
 }
 
-/* One block for each leaf, which then refers to it in place of its items. */
-static bool make_blocks(MeshPrim *mesh)
+/* What is found in a chunk of triangles or of nodes, and what the chunks before it hold. */
+typedef struct { Box bounds; uint32_t first_block; } ChunkResult;
+
+typedef struct {
+    MeshPrim *mesh;
+    BvhRef *ref;
+    ChunkResult *chunk;
+} MeshBuild;
+
+/* A triangle that was cut may have come to a leaf with two of its boxes. Returns how many items are left. */
+static uint32_t drop_repeated(uint32_t *item, uint32_t count)
 {
-    Bvh *bvh = &mesh->bvh;
-    uint32_t leaves = 0;
-    for (uint32_t i = 0; i < bvh->node_count; i++)
-        for (int k = 0; k < bvh->node[i].used; k++) leaves += bvh->node[i].count[k] > 0;
-    mesh->block = aligned_alloc(64, (leaves + (size_t)1) * sizeof *mesh->block);
-    if (!mesh->block) return false;
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t k = 0;
+        while (k < kept && item[k] != item[i]) k++;
+        if (k == kept) item[kept++] = item[i];
+    }
+    return kept;
+}
+
+static uint32_t leaves_of(const BvhNode *node)
+{
     uint32_t n = 0;
-    for (uint32_t i = 0; i < bvh->node_count; i++)
-        for (int k = 0; k < bvh->node[i].used; k++) {
-            BvhNode *node = &bvh->node[i];
+    for (int k = 0; k < node->used; k++) n += node->count[k] > 0;
+    return n;
+}
+
+static void count_turn(void *context, uint32_t chunk, uint32_t worker)
+{
+    (void)worker;
+    MeshBuild *m = context;
+    const Bvh *bvh = &m->mesh->bvh;
+    uint32_t leaves = 0;
+    for (uint32_t i = chunk * PARALLEL_CHUNK; i < parallel_chunk_end(chunk, bvh->node_count); i++)
+        leaves += leaves_of(&bvh->node[i]);
+    m->chunk[chunk].first_block = leaves;
+}
+
+static void blocks_turn(void *context, uint32_t chunk, uint32_t worker)
+{
+    (void)worker;
+    MeshBuild *m = context;
+    Bvh *bvh = &m->mesh->bvh;
+    uint32_t n = m->chunk[chunk].first_block;
+    for (uint32_t i = chunk * PARALLEL_CHUNK; i < parallel_chunk_end(chunk, bvh->node_count); i++) {
+        BvhNode *node = &bvh->node[i];
+        for (int k = 0; k < node->used; k++) {
             if (!(node->child[k] & BVH_LEAF)) continue;
-            fill_block(mesh, &mesh->block[n], bvh->order + (node->child[k] & ~BVH_LEAF), node->count[k]);
+            uint32_t *item = bvh->order + (node->child[k] & ~BVH_LEAF);
+            node->count[k] = (uint8_t)drop_repeated(item, node->count[k]);
+            fill_block(m->mesh, &m->mesh->block[n], item, node->count[k]);
             node->child[k] = BVH_LEAF | n++;
         }
-    free(bvh->order);
-    bvh->order = NULL;
-    if (bvh->node_count) bvh_set_root(bvh);
+    }
+}
+
+/* One block for each leaf, which then refers to it in place of its items. */
+static bool make_blocks(MeshBuild *m, uint32_t threads)
+{
+    MeshPrim *mesh = m->mesh;
+    uint32_t chunks = parallel_chunks(mesh->bvh.node_count), leaves = 0;
+    parallel_for(threads, chunks, count_turn, m);
+    for (uint32_t i = 0; i < chunks; i++) {
+        uint32_t here = m->chunk[i].first_block;
+        m->chunk[i].first_block = leaves;
+        leaves += here;
+    }
+    mesh->block = memory_array(leaves + (size_t)1, sizeof *mesh->block);
+    if (!mesh->block) return false;
+    parallel_for(threads, chunks, blocks_turn, m);
+    free(mesh->bvh.order);
+    mesh->bvh.order = NULL;
+    if (mesh->bvh.node_count) bvh_set_root(&mesh->bvh);
     return true;
 }
 
@@ -288,24 +357,59 @@ const MeshPrim *mesh_prim_data(const Prim *prim)
     return prim->ops == &open_ops || prim->ops == &closed_ops ? (const MeshPrim *)prim : NULL;
 }
 
-static bool build(MeshPrim *mesh, Err *err)
+static void refs_turn(void *context, uint32_t chunk, uint32_t worker)
 {
-    BoxF *box = malloc((mesh->triangle_count + (size_t)1) * sizeof *box);
-    if (!box) return err_memory(err, "a mesh");
-    mesh->bounds = box_empty();
-    for (uint32_t i = 0; i < mesh->triangle_count; i++) {
+    (void)worker;
+    MeshBuild *m = context;
+    const MeshPrim *mesh = m->mesh;
+    Box bounds = box_empty();
+    for (uint32_t i = chunk * PARALLEL_CHUNK; i < parallel_chunk_end(chunk, mesh->triangle_count); i++) {
         Box b = box_empty();
         for (int j = 0; j < 3; j++) b = box_add_point(b, mesh->position[mesh->triangle[i][j]]);
-        box[i] = boxf_from_box(b);
-        mesh->bounds = box_union(mesh->bounds, b);
+        m->ref[i] = bvh_ref(boxf_from_box(b), i);
+        bounds = box_union(bounds, b);
     }
-    mesh->reach = slab_up((float)box_reach(mesh->bounds));
-    bool ok = bvh_build(&mesh->bvh, box, mesh->triangle_count, BLOCK, TRIANGLE_COST, err);
-    free(box);
-    return ok && (make_blocks(mesh) || err_memory(err, "a mesh"));
+    m->chunk[chunk].bounds = bounds;
 }
 
-Prim *mesh_prim_create(const Mesh *mesh, bool closed, Err *err)
+/* The triangles' boxes, and the mesh's own. */
+static bool make_refs(MeshBuild *m, const MeshSettings *settings, uint32_t *count)
+{
+    MeshPrim *mesh = m->mesh;
+    uint32_t chunks = parallel_chunks(mesh->triangle_count);
+    *count = mesh->triangle_count;
+    m->ref = memory_array(*count + (size_t)1, sizeof *m->ref);
+    if (!m->ref) return false;
+    parallel_for(settings->threads, chunks, refs_turn, m);
+    mesh->bounds = box_empty();
+    for (uint32_t i = 0; i < chunks; i++) mesh->bounds = box_union(mesh->bounds, m->chunk[i].bounds);
+    mesh->reach = slab_up((float)box_reach(mesh->bounds));
+    if (!settings->split) return true;
+    SplitMesh split = {mesh->position, mesh->triangle, mesh->triangle_count, mesh->bounds};
+    return mesh_split(&split, settings->threads, &m->ref, count);
+}
+
+static bool build(MeshPrim *mesh, const MeshSettings *settings, Err *err)
+{
+    static const MeshSettings plain = {.threads = 1};
+    if (!settings) settings = &plain;
+    MeshBuild m = {.mesh = mesh};
+    uint32_t count;
+    /* a node holds at least a triangle, so there are no more chunks of nodes than of references */
+    m.chunk = malloc((parallel_chunks(mesh->triangle_count) * (size_t)2 + 1) * sizeof *m.chunk);
+    bool ok = (m.chunk && make_refs(&m, settings, &count)) || err_memory(err, "a mesh");
+    if (ok) {
+        BvhSettings bvh = {.max_leaf = BLOCK, .block = BLOCK, .block_cost = BLOCK * TRIANGLE_COST,
+                           .threads = settings->threads};
+        ok = bvh_build(&mesh->bvh, m.ref, count, &bvh, err);
+    }
+    free(m.ref);
+    ok = ok && (make_blocks(&m, settings->threads) || err_memory(err, "a mesh"));
+    free(m.chunk);
+    return ok;
+}
+
+Prim *mesh_prim_create(const Mesh *mesh, bool closed, const MeshSettings *settings, Err *err)
 {
     MeshPrim *p = calloc(1, sizeof *p);
     MeshPart *source = calloc(1, sizeof *source);
@@ -322,14 +426,14 @@ Prim *mesh_prim_create(const Mesh *mesh, bool closed, Err *err)
     *source = (MeshPart){mesh, 0, affine_identity()};
     p->source = source;
     p->source_count = 1;
-    if (!build(p, err)) {
+    if (!build(p, settings, err)) {
         mesh_prim_destroy(&p->prim);
         return NULL;
     }
     return &p->prim;
 }
 
-Prim *mesh_prim_bake(const BakedMesh *baked, uint32_t count, Err *err)
+Prim *mesh_prim_bake(const BakedMesh *baked, uint32_t count, const MeshSettings *settings, Err *err)
 {
     size_t positions = 0, triangles = 0;
     for (uint32_t i = 0; i < count; i++) {
@@ -359,7 +463,7 @@ Prim *mesh_prim_bake(const BakedMesh *baked, uint32_t count, Err *err)
         p->triangle_count += mesh->triangle_count;
         position_count += mesh->position_count;
     }
-    if (!build(p, err)) {
+    if (!build(p, settings, err)) {
         mesh_prim_destroy(&p->prim);
         return NULL;
     }

@@ -459,7 +459,7 @@ static Prim *prim_of(const Subject *s, const Mesh *mesh)
     if (s->truth == cone_truth) return cone_create();
     if (s->truth == cube_truth) return cube_create();
     if (s->truth == torus_truth) return torus_create(MINOR);
-    return s->truth ? mesh_prim_create(mesh, false, NULL) : NULL;
+    return s->truth ? mesh_prim_create(mesh, false, NULL, NULL) : NULL;
 }
 
 /* -- Rays -- */

@@ -264,7 +264,7 @@ static void nearly_same_spheres(Row *row, uint64_t trials)
     solids_create();
     Rng rng = rng_seed(SEED, 35);
     Mesh *mesh = mesh_sphere(40, 40, vec3_make(0, 0, 0));
-    Prim *leaf[2] = {mesh_prim_create(mesh, true, NULL), mesh_prim_create(mesh, true, NULL)};
+    Prim *leaf[2] = {mesh_prim_create(mesh, true, NULL, NULL), mesh_prim_create(mesh, true, NULL, NULL)};
     CHECK(leaf[0] && leaf[1]);
     for (int sign = -1; sign <= 1; sign += 2)
         for (int o = 0; o < 3; o++) {

@@ -32,7 +32,7 @@ static Scratch scratch_create(void)
 
 static Prim *prim_of(const Mesh *mesh, bool closed)
 {
-    Prim *prim = mesh_prim_create(mesh, closed, NULL);
+    Prim *prim = mesh_prim_create(mesh, closed, NULL, NULL);
     CHECK(prim);
     return prim;
 }

@@ -335,7 +335,7 @@ void solids_create(void)
     solid_shape[CYLINDER] = cylinder_create();
     solid_shape[CONE] = cone_create();
     solid_shape[TORUS] = torus_create(TORUS_MINOR);
-    solid_shape[CLOSED_MESH] = mesh_prim_create(mesh, true, NULL);
+    solid_shape[CLOSED_MESH] = mesh_prim_create(mesh, true, NULL, NULL);
     for (int i = 0; i < SHAPES; i++) CHECK(solid_shape[i]);
     solid_scratch = (Scratch){.arena = arena_create()};
     CHECK(solid_scratch.arena);
