@@ -35,12 +35,87 @@ static Dd sum_terms(Terms *t)
 
 static Vec3 ldexp3(Vec3 v, int e) { return vec3_make(ldexp(v.x, e), ldexp(v.y, e), ldexp(v.z, e)); }
 
+/* The same line with the direction's greatest component in [1, 2): t = (t of *scaled) 2^exponent. */
+static bool rescale(const Ray *ray, Ray *scaled, int *exponent)
+{
+    double m = vec3_max(vec3_abs(ray->d));
+    if (!(m > 0 && isfinite(m))) return false;
+    *exponent = -ilogb(m);
+    *scaled = (Ray){ray->o, ldexp3(ray->d, *exponent), -INFINITY, INFINITY};
+    return true;
+}
+
+/* One crossing after the other, as tmin and tmax may have no counterpart on the scaled line. */
+bool rescaled_intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scratch)
+{
+    Ray scaled;
+    int e;
+    if (!rescale(ray, &scaled, &e)) return false;
+    Hit next = *hit, first = *hit;
+    bool found = false;
+    for (; prim->ops->intersect(prim, &scaled, &next, scratch); scaled.tmin = next.t) {
+        double t = ldexp(next.t, e);
+        if (!isfinite(t)) return false;
+        if (found || !(t > ray->tmin)) continue;
+        found = true;
+        first = next;
+        first.t = t;
+        first.u = ldexp(next.u, e);
+    }
+    if (!found || !(first.t <= ray->tmax)) return false;
+    *hit = first;
+    return true;
+}
+
+static void rescale_edge(Edge *edge, int e)
+{
+    edge->t = ldexp(edge->t, e);
+    edge->u = ldexp(edge->u, e);
+    edge->t_err = ldexp(edge->t_err, e) + 0x1p-1074;
+}
+
+bool rescaled_segments(const Prim *prim, const Ray *ray, SegList *list)
+{
+    Ray scaled;
+    int e;
+    if (!rescale(ray, &scaled, &e)) return true;
+    uint32_t before = list->count;
+    if (!prim->ops->segments(prim, &scaled, list)) return false;
+    for (uint32_t i = before; i < list->count; i++) {
+        rescale_edge(&list->seg[i].in, e);
+        rescale_edge(&list->seg[i].out, e);
+    }
+    if (list->count > before && !(isfinite(list->seg[before].in.t) && isfinite(list->seg[list->count - 1].out.t)))
+        list->count = before;
+    return true;
+}
+
+/* For a t or d of which the products' halves would leave the range. */
+__attribute__((noinline)) static Vec3 extreme_point(const Ray *ray, double t, double lo)
+{
+    Ray scaled;
+    int e;
+    bool again = !ray_is_moderate(ray) && rescale(ray, &scaled, &e);
+    return again ? ray_point(&scaled, ldexp(t, -e), ldexp(lo, -e)) : vec3_at(ray->o, t, ray->d);
+}
+
 Vec3 ray_point(const Ray *ray, double t, double lo)
 {
     Vec3 o = ray->o, d = ray->d;
     double big = fmax(fmax(fabs(t), vec3_max(vec3_abs(d))), vec3_max(vec3_abs(o)));
-    if (!(big < 0x1p900)) return vec3_at(o, t, d);
+    if (!(big < 0x1p900)) return extreme_point(ray, t, lo);
     return vec3_make(ray_component(o.x, d.x, t, lo), ray_component(o.y, d.y, t, lo), ray_component(o.z, d.z, t, lo));
+}
+
+Crossing plane_crossing_extreme(double o, double d, double value, uint32_t part)
+{
+    int e = d != 0 && isfinite(d) ? -ilogb(d) : 0;
+    if (e != 0) {
+        Crossing c = plane_crossing(o, ldexp(d, e), value, part);
+        return (Crossing){ldexp(c.t, e), ldexp(c.lo, e), ldexp(c.err, e) + 0x1p-1074, part};
+    }
+    double t = dd_sum(value, -o).hi / d;
+    return (Crossing){t, 0, GAMMA(2) * fabs(t) + 0x1p-1074, part};
 }
 
 /* o + l + t d, and what its rounding may have lost. */

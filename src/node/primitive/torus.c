@@ -185,12 +185,11 @@ typedef struct {
     int exact_count;   /* -1: not yet computed */
 } Crossings;
 
-static bool crossings_begin(const Torus *torus, const Ray *ray, Crossings *x)
+/* The guess is made; where it isn't sure, all is computed. */
+static void crossings_begin(const Torus *torus, const Ray *ray, Crossings *x)
 {
     x->exact_count = -1;
-    if (!guess(torus, ray, &x->guess)) return false;
     if (!x->guess.sure) x->guess.count = x->exact_count = exact(torus, ray, x->exact);
-    return x->guess.count > 0;
 }
 
 static bool crossings_get(const Torus *torus, const Ray *ray, Crossings *x, int i, Crossing *c)
@@ -216,10 +215,11 @@ static Box bounds_in(const Prim *prim, const Affine *map)
 
 static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scratch)
 {
-    (void)scratch;
     const Torus *torus = (const Torus *)prim;
     Crossings x;
-    if (!crossings_begin(torus, ray, &x)) return false;
+    if (!guess(torus, ray, &x.guess)) return false;
+    if (!x.guess.sure && !ray_is_moderate(ray)) return rescaled_intersect(prim, ray, hit, scratch);
+    crossings_begin(torus, ray, &x);
     for (int i = 0; i < x.guess.count; i++) {
         if (x.guess.sure && x.guess.t[i] + x.guess.slack < ray->tmin) continue;
         if (x.guess.sure && x.guess.t[i] - x.guess.slack > ray->tmax) return false;
@@ -247,7 +247,9 @@ static bool segments(const Prim *prim, const Ray *ray, SegList *list)
 {
     const Torus *torus = (const Torus *)prim;
     Crossings x;
-    if (!crossings_begin(torus, ray, &x)) return true;
+    if (!guess(torus, ray, &x.guess)) return true;
+    if (!x.guess.sure && !ray_is_moderate(ray)) return rescaled_segments(prim, ray, list);
+    crossings_begin(torus, ray, &x);
     for (int i = 0; i + 1 < x.guess.count; i += 2) {
         Edge edge[2];
         for (int k = 0; k < 2; k++) {
