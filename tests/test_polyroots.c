@@ -278,7 +278,7 @@ static void check_quartic(const double c[5], long e, const char *what, uint64_t 
         dd[i] = (Dd){c[i], 0};
     }
     PolyRoot root[4];
-    int n = poly_quartic(dd, 0, root, NULL, NULL), expected = poly_zeros(&p, e, truth);
+    int n = poly_quartic(dd, NULL, root, NULL, NULL), expected = poly_zeros(&p, e, truth);
     bool ok = n % 2 == 0;
     if (n != expected && nearly_touches(&p, e, c, 0)) {
         tally->skipped++;
@@ -386,8 +386,8 @@ static void test_quartic_touching(void **state)
     PolyRoot root[4];
     double critical[3];
     int n;
-    assert_int_equal(poly_quartic(power, 0, root, NULL, NULL), 0);
-    assert_int_equal(poly_quartic(twice, 0, root, critical, &n), 0);
+    assert_int_equal(poly_quartic(power, NULL, root, NULL, NULL), 0);
+    assert_int_equal(poly_quartic(twice, NULL, root, critical, &n), 0);
     assert_int_equal(n, 3);
     assert_true(critical[0] == -1 && critical[1] == 0 && critical[2] == 1);
 }
@@ -406,7 +406,7 @@ static void test_quartic_guess(void **state)
         if (!poly_quartic_guess(c, guess, &n)) continue;
         Dd dd[5] = {{c[0], 0}, {c[1], 0}, {c[2], 0}, {c[3], 0}, {1, 0}};
         PolyRoot root[4];
-        assert_int_equal(poly_quartic(dd, 0, root, critical, &m), n);
+        assert_int_equal(poly_quartic(dd, NULL, root, critical, &m), n);
         for (int i = 0; i < n; i++) assert_true(fabs(root[i].x - guess[i]) < 1e-6);
         sure++;
     }

@@ -254,29 +254,31 @@ bool poly_quartic_guess(const double c[4], double root[4], int *count)
 
 /* -- isolation by sign -- */
 
-/* The value in double-double and a bound on its error. */
-static Dd evaluate(const Dd *c, int degree, double x, double noise, double *bound)
+/* The value in double-double and a bound on its error: noise[i] is that of coefficient i, roundings included. */
+static Dd evaluate(const Dd *c, const double *noise, int degree, double x, double *bound)
 {
     Dd y = c[degree];
-    double size = fabs(y.hi), ax = fabs(x);
+    double b = noise[degree], ax = fabs(x);
     for (int i = degree - 1; i >= 0; i--) {
         y = dd_add(dd_mul_d(y, x), c[i]);
-        size = size * ax + fabs(c[i].hi);
+        b = b * ax + noise[i];
     }
-    *bound = 0x1p-98 * size + noise;
+    *bound = b;
     return y;
 }
 
 /* The value, in plain double precision where its sign is certain so. */
 static double evaluate_sign(const Dd *c, int degree, double x)
 {
-    double y = c[degree].hi, size = fabs(y), ax = fabs(x), bound;
+    double y = c[degree].hi, size = fabs(y), ax = fabs(x);
     for (int i = degree - 1; i >= 0; i--) {
         y = y * x + c[i].hi;
         size = size * ax + fabs(c[i].hi);
     }
     if (fabs(y) > GAMMA(16) * size) return y;
-    return evaluate(c, degree, x, 0, &bound).hi;
+    Dd exact = c[degree];
+    for (int i = degree - 1; i >= 0; i--) exact = dd_add(dd_mul_d(exact, x), c[i]);
+    return exact.hi;
 }
 
 static double evaluate_plain(const Dd *c, int degree, double x)
@@ -310,20 +312,30 @@ static double bracketed_zero(const Dd *c, const Dd *slope, int degree, double lo
     return x;
 }
 
+/* About how far from x the value must get out of `doubt`: the least of what its Taylor terms need alone. Near a
+ * multiple root the slope says nothing, the second to fourth derivatives do. */
+static double doubtful_width(const Dd *c, double x, double doubt)
+{
+    double p1 = ((4 * c[4].hi * x + 3 * c[3].hi) * x + 2 * c[2].hi) * x + c[1].hi;
+    double p2 = (6 * c[4].hi * x + 3 * c[3].hi) * x + c[2].hi, p3 = 4 * c[4].hi * x + c[3].hi;
+    double first = doubt / fabs(p1), second = sqrt(doubt / fabs(p2)), third = cbrt(doubt / fabs(p3));
+    return fmin(fmin(first, second), fmin(third, sqrt(sqrt(doubt / fabs(c[4].hi)))));
+}
+
 /* The rest that x leaves out, and an error widened until the signs on both sides are beyond doubt or the bracket's ends
  * are reached. */
-static PolyRoot finish_root(const Dd *c, const Dd *slope_c, int degree, double x, double lo, double hi, bool rising,
-                            double noise)
+static PolyRoot finish_root(const Dd *c, const double *noise, const Dd *slope_c, double x, double lo, double hi,
+                            bool rising)
 {
-    double bound, slope = evaluate_plain(slope_c, degree - 1, x);
-    double step = -evaluate(c, degree, x, noise, &bound).hi / slope;
+    double bound, step = -evaluate(c, noise, 4, x, &bound).hi / evaluate_plain(slope_c, 3, x);
     if (!(fabs(step) <= GAMMA(8) * fabs(x))) step = 0;
     Dd sum = dd_quick_sum(x, step);
-    double err = GAMMA(1) * fabs(sum.hi) + 0x1p-1074 + (slope != 0 ? 2 * bound / fabs(slope) : 0);
+    double err = GAMMA(1) * fabs(sum.hi) + 0x1p-1074, width = bound > 0 ? doubtful_width(c, x, bound) : 0;
+    if (isfinite(width)) err += width;
     for (int i = 0; i < 600; i++, err *= 2) {
         double a = sum.hi - err, b = sum.hi + err, bound_a, bound_b;
         bool left_done = a <= lo, right_done = b >= hi;
-        Dd ya = evaluate(c, degree, a, noise, &bound_a), yb = evaluate(c, degree, b, noise, &bound_b);
+        Dd ya = evaluate(c, noise, 4, a, &bound_a), yb = evaluate(c, noise, 4, b, &bound_b);
         if (!left_done) left_done = rising ? ya.hi < -bound_a : ya.hi > bound_a;
         if (!right_done) right_done = rising ? yb.hi > bound_b : yb.hi < -bound_b;
         if (left_done && right_done) break;
@@ -332,9 +344,9 @@ static PolyRoot finish_root(const Dd *c, const Dd *slope_c, int degree, double x
 }
 
 /* The sign changes in (-limit, limit), where `stop` are the roots of the derivative; where the value only touches 0
- * there is none. Gives the zeros, and (unless NULL) the roots with their bounds. */
+ * there is none. Gives the zeros, and (of a quartic, unless NULL) the roots with their bounds. */
 static int zeros_between(const Dd *c, const Dd *slope, int degree, double limit, const double *stop, int stops,
-                         double noise, double *zero, PolyRoot *root)
+                         double *zero, const double *noise, PolyRoot *root)
 {
     int n = 0;
     double a = -limit;
@@ -344,7 +356,7 @@ static int zeros_between(const Dd *c, const Dd *slope, int degree, double limit,
         bool negative_b = y == 0 ? negative_a : y < 0;
         if (negative_a != negative_b) {
             double x = bracketed_zero(c, slope, degree, a, b, negative_a);
-            if (root) root[n] = finish_root(c, slope, degree, x, a, b, negative_a, noise);
+            if (root) root[n] = finish_root(c, noise, slope, x, a, b, negative_a);
             zero[n++] = x;
         }
         a = b;
@@ -354,7 +366,7 @@ static int zeros_between(const Dd *c, const Dd *slope, int degree, double limit,
 }
 
 /* The zeros of the derivatives, one after the other, starting from the linear third one. */
-static int isolate_quartic(const Dd c[5], double limit, double noise, PolyRoot root[4], double critical[3],
+static int isolate_quartic(const Dd c[5], const double noise[5], double limit, PolyRoot root[4], double critical[3],
                            int *criticals)
 {
     Dd d1[4], d2[3], d3[2];
@@ -362,17 +374,17 @@ static int isolate_quartic(const Dd c[5], double limit, double noise, PolyRoot r
     derive(d1, 3, d2);
     derive(d2, 2, d3);
     double inflection = -d3[0].hi / d3[1].hi, turn[2], stop[3], zero[4];
-    int turns = zeros_between(d2, d3, 2, limit, &inflection, 1, 0, turn, NULL);
-    int stops = zeros_between(d1, d2, 3, limit, turn, turns, 0, stop, NULL);
+    int turns = zeros_between(d2, d3, 2, limit, &inflection, 1, turn, NULL, NULL);
+    int stops = zeros_between(d1, d2, 3, limit, turn, turns, stop, NULL, NULL);
     if (criticals) {
         for (int i = 0; i < stops; i++) critical[i] = stop[i];
         *criticals = stops;
     }
-    return zeros_between(c, d1, 4, limit, stop, stops, noise, zero, root);
+    return zeros_between(c, d1, 4, limit, stop, stops, zero, noise, root);
 }
 
 /* Polishes a guess and makes sure of it. False: isolate instead. */
-static bool polish_root(const Dd c[5], double x, double noise, PolyRoot *root)
+static bool polish_root(const Dd c[5], const double noise[5], double x, PolyRoot *root)
 {
     Dd slope_c[4];
     derive(c, 4, slope_c);
@@ -380,7 +392,7 @@ static bool polish_root(const Dd c[5], double x, double noise, PolyRoot *root)
     Dd y, sum = {x, 0};
     double step = 0;
     for (int i = 0; i < 3; i++) {
-        y = evaluate(c, 4, sum.hi, noise, &bound);
+        y = evaluate(c, noise, 4, sum.hi, &bound);
         slope = evaluate_plain(slope_c, 3, sum.hi);
         step = -y.hi / slope;
         sum = dd_sum(sum.hi, step);
@@ -388,12 +400,12 @@ static bool polish_root(const Dd c[5], double x, double noise, PolyRoot *root)
     }
     if (!(fabs(step) <= GAMMA(4) * fabs(sum.hi))) return false;
     double err = GAMMA(2) * fabs(sum.hi) + 0x1p-1074 + 2 * bound / fabs(slope), bound_a, bound_b;
-    Dd a = evaluate(c, 4, sum.hi - err, noise, &bound_a), b = evaluate(c, 4, sum.hi + err, noise, &bound_b);
+    Dd a = evaluate(c, noise, 4, sum.hi - err, &bound_a), b = evaluate(c, noise, 4, sum.hi + err, &bound_b);
     *root = (PolyRoot){sum.hi, sum.lo, err};
     return fabs(a.hi) > bound_a && fabs(b.hi) > bound_b && (a.hi < 0) != (b.hi < 0);
 }
 
-int poly_quartic(const Dd c[5], double noise, PolyRoot root[4], double critical[3], int *criticals)
+int poly_quartic(const Dd c[5], const double noise[5], PolyRoot root[4], double critical[3], int *criticals)
 {
     if (criticals) *criticals = 0;
     for (int i = 0; i < 5; i++)
@@ -409,20 +421,21 @@ int poly_quartic(const Dd c[5], double noise, PolyRoot root[4], double critical[
     }
     if (k == -10000) return 0;
     Dd s[5];
+    double bound[5];
     for (int i = 0; i < 5; i++) {
         int e = k * (i - 4) - e4;
         s[i] = (Dd){ldexp(c[i].hi, e), ldexp(c[i].lo, e)};
+        bound[i] = 0x1p-98 * fabs(s[i].hi) + (noise ? ldexp(noise[i], e) : 0);
     }
-    noise = ldexp(noise, -4 * k - e4);
 
     double monic[4], guess[4];
     int n;
     for (int i = 0; i < 4; i++) monic[i] = s[i].hi / s[4].hi;
     bool sure = !criticals && poly_quartic_guess(monic, guess, &n);
-    for (int i = 0; sure && i < n; i++) sure = polish_root(s, guess[i], noise, &root[i]);
+    for (int i = 0; sure && i < n; i++) sure = polish_root(s, bound, guess[i], &root[i]);
     if (sure)
         for (int i = 1; i < n; i++) sure = sure && root[i].x - root[i].err > root[i - 1].x + root[i - 1].err;
-    if (!sure) n = isolate_quartic(s, 8, noise, root, critical, criticals);
+    if (!sure) n = isolate_quartic(s, bound, 8, root, critical, criticals);
     for (int i = 0; i < n; i++)
         root[i] = (PolyRoot){ldexp(root[i].x, k), ldexp(root[i].lo, k), ldexp(root[i].err, k) + 0x1p-1074};
     if (criticals)

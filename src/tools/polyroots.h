@@ -22,10 +22,10 @@ int poly_quadratic(double a, double b, double c, PolyRoot root[2]);
 
 /* The real zeros at which c[4] x^4 + ... + c[0] changes its sign, ascending: an even number, so a double root is either
  * left out or a pair close together. c[4] isn't 0. The count is right unless the polynomial comes nearer to 0 between
- * two roots than its evaluation resolves (2^-98 of its terms) or than `noise`, the uncertainty of its value that the
- * caller knows of; noise widens the bounds.
+ * two roots than its evaluation resolves (2^-98 of its terms) or than the coefficients' own uncertainty, `noise` (NULL:
+ * they are exact), makes doubtful; noise widens the bounds.
  * `critical` (NULL: not wanted) gets the roots of the derivative in ascending order, up to 3, *criticals of them. */
-int poly_quartic(const Dd c[5], double noise, PolyRoot root[4], double critical[3], int *criticals);
+int poly_quartic(const Dd c[5], const double noise[5], PolyRoot root[4], double critical[3], int *criticals);
 
 /* The same for the monic quartic x^4 + c[3] x^3 + ... + c[0] with roots of the order of 1, in double precision only and
  * unpolished. False if it can't vouch for their number. */

@@ -303,7 +303,7 @@ static void run_poly_quartic(const void *polys, int count, const Prim *prim, Scr
         Dd c[5];
         for (int k = 0; k < 5; k++) c[k] = (Dd){p[i].c[k], 0};
         PolyRoot root[4];
-        t[i] = nearest_root(root, poly_quartic(c, 0, root, NULL, NULL));
+        t[i] = nearest_root(root, poly_quartic(c, NULL, root, NULL, NULL));
     }
 }
 

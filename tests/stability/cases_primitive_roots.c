@@ -130,7 +130,7 @@ static void check_quartic(Row *row, Solver *s, const double c[DEGREE + 1], uint6
     Dd dd[DEGREE + 1];
     PolyRoot root[DEGREE];
     for (int i = 0; i <= DEGREE; i++) dd[i] = (Dd){c[i], 0};
-    int n = poly_quartic(dd, 0, root, NULL, NULL);
+    int n = poly_quartic(dd, NULL, root, NULL, NULL);
     solver_chain(s, c);
     int expected = solver_count(s);
     if (n != expected) {

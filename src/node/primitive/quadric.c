@@ -128,7 +128,7 @@ static double shift_component(double *hi, double *lo, double t, double d)
     return lost;
 }
 
-bool near_line(const Ray *ray, double radius, NearLine *line)
+bool near_line(const Ray *ray, double radius, bool centred, NearLine *line)
 {
     double m = vec3_max(vec3_abs(ray->d));
     if (!(m > 0 && isfinite(m))) return false;
@@ -139,16 +139,15 @@ bool near_line(const Ray *ray, double radius, NearLine *line)
     /* 1/16 keeps the dot product from overflowing. Two rounds: the first may miss the nearest point by u |o|. */
     double dd = vec3_dot(d, d), reach = vec3_max(vec3_abs(ray->o));
     if (!(reach < 0x1p990)) return false;
-    for (int round = 0; round < 2 && vec3_max(vec3_abs(line->hi)) > 4; round++) {
+    for (int round = 0; round < 2 && (centred || vec3_max(vec3_abs(line->hi)) > 4); round++) {
         double t = -16 * (vec3_dot(vec3_scale(line->hi, 0x1p-4), d) / dd);
-        double lost_x = shift_component(&line->hi.x, &line->lo.x, t, d.x);
-        double lost_y = shift_component(&line->hi.y, &line->lo.y, t, d.y);
-        double lost_z = shift_component(&line->hi.z, &line->lo.z, t, d.z);
-        line->err += fmax(lost_x, fmax(lost_y, lost_z));
+        line->err.x += shift_component(&line->hi.x, &line->lo.x, t, d.x);
+        line->err.y += shift_component(&line->hi.y, &line->lo.y, t, d.y);
+        line->err.z += shift_component(&line->hi.z, &line->lo.z, t, d.z);
         line->t0 = dd_add_d(line->t0, t);
     }
     if (!(vec3_max(vec3_abs(line->hi)) < 0x1p400)) return false;
-    double along = vec3_dot(line->hi, d), limit = radius * 1.0625 + 2 * line->err;
+    double along = vec3_dot(line->hi, d), limit = radius * 1.0625 + 2 * vec3_max(line->err);
     return !(vec3_dot(line->hi, line->hi) - along * along / dd > limit * limit);
 }
 
@@ -166,6 +165,7 @@ void quadric_roots(const NearLine *line, Vec3 s, double k, QuadricRoots *roots)
 {
     double sign[3] = {s.x, s.y, s.z}, d[3] = {line->d.x, line->d.y, line->d.z};
     double hi[3] = {line->hi.x, line->hi.y, line->hi.z}, lo[3] = {line->lo.x, line->lo.y, line->lo.z};
+    double err[3] = {line->err.x, line->err.y, line->err.z};
     *roots = (QuadricRoots){0};
 
     /* The components that take part may all be tiny: they get a power of two of their own. */
@@ -175,7 +175,7 @@ void quadric_roots(const NearLine *line, Vec3 s, double k, QuadricRoots *roots)
     int e = m > 0 ? -ilogb(m) : 0;
 
     Terms ta = {.n = 0}, tb = {.n = 0}, tc = {.n = 0};
-    double reach = 0;
+    double reach = 0, moved_b = 0, moved_c = 0;   /* by the line's own error */
     for (int i = 0; i < 3; i++) {
         if (sign[i] == 0) continue;
         double di = ldexp(d[i], e);
@@ -186,6 +186,8 @@ void quadric_roots(const NearLine *line, Vec3 s, double k, QuadricRoots *roots)
         add_prod(&tc, sign[i], 2 * hi[i], lo[i]);
         tc.v[tc.n++] = sign[i] * lo[i] * lo[i];
         reach += fabs(hi[i]);
+        moved_b += err[i] * fabs(di);
+        moved_c += err[i] * (2 * fabs(hi[i]) + err[i]);
     }
     tc.v[tc.n++] = k;
     Dd a = m > 0 ? sum_terms(&ta) : (Dd){0, 0}, b = m > 0 ? sum_terms(&tb) : (Dd){0, 0}, c = sum_terms(&tc);
@@ -197,10 +199,10 @@ void quadric_roots(const NearLine *line, Vec3 s, double k, QuadricRoots *roots)
         return;
     }
 
-    /* first-order bounds: a is exact but for u^3, b and c carry the line's error, |d| <= 2 in each component */
+    /* first-order bounds: a is exact but for u^3, b and c carry the line's error */
     double ea = 0x1p-150 + DD_ROUNDOFF * 0x1p-4 * fabs(a.hi);
-    double eb = 0x1p-150 * (1 + reach) + DD_ROUNDOFF * 0x1p-4 * fabs(b.hi) + 6 * line->err;
-    double ec = 0x1p-150 * (1 + reach * reach) + DD_ROUNDOFF * 0x1p-4 * fabs(c.hi) + 3 * reach * line->err;
+    double eb = 0x1p-150 * (1 + reach) + DD_ROUNDOFF * 0x1p-4 * fabs(b.hi) + 2 * moved_b;
+    double ec = 0x1p-150 * (1 + reach * reach) + DD_ROUNDOFF * 0x1p-4 * fabs(c.hi) + 2 * moved_c;
     Dd bb = dd_mul(b, b), ac = dd_mul(a, c), disc = dd_sub(bb, ac);
     double e_disc = DD_ROUNDOFF * (bb.hi + fabs(ac.hi)) + 2 * fabs(b.hi) * eb + fabs(a.hi) * ec + fabs(c.hi) * ea;
 

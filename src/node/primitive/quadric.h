@@ -26,11 +26,13 @@ typedef struct {
     Vec3 hi, lo, d;
     Dd t0;
     int exponent;
-    double err;      /* bound on the error of each component of hi + lo */
+    Vec3 err;        /* bound on the error of each component of hi + lo */
 } NearLine;
 
-/* False if the line passes the origin at more than `radius` for certain, or has no direction. */
-bool near_line(const Ray *ray, double radius, NearLine *line);
+/* False if the line passes the origin at more than `radius` for certain, or has no direction. The point hi + lo is the
+ * ray's own origin if that is near and `centred` isn't asked for, so that a crossing next to it stays exact; otherwise
+ * it is the line's nearest to the origin within its own rounding. */
+bool near_line(const Ray *ray, double radius, bool centred, NearLine *line);
 
 /* The crossing at r, which is off by at most err: t = (t0 + r) 2^exponent. */
 Crossing line_crossing(const NearLine *line, Dd r, double err);
