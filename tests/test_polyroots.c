@@ -79,11 +79,12 @@ static int poly_zeros(const Poly *p, long e, mpfr_t *zero)
     return n;
 }
 
-static double distance(mpfr_t truth, double x)
+static double distance(mpfr_t truth, const PolyRoot *root)
 {
     mpfr_t d;
     mpfr_init2(d, BITS);
-    mpfr_sub_d(d, truth, x, MPFR_RNDN);
+    mpfr_sub_d(d, truth, root->x, MPFR_RNDN);
+    mpfr_sub_d(d, d, root->lo, MPFR_RNDN);
     double off = fabs(mpfr_get_d(d, MPFR_RNDN));
     mpfr_clear(d);
     return off;
@@ -131,12 +132,17 @@ static int true_quadratic(double a, double b, double c, mpfr_t root[2])
     return real;
 }
 
+static int quadratic(double a, double b, double c, PolyRoot root[2])
+{
+    return poly_quadratic((const Dd[3]){{c, 0}, {b, 0}, {a, 0}}, NULL, root);
+}
+
 static void check_quadratic(double a, double b, double c, double *worst)
 {
     mpfr_t truth[2];
     mpfr_inits2(QUADRATIC_BITS, truth[0], truth[1], (mpfr_ptr)NULL);
     PolyRoot root[2];
-    int n = poly_quadratic(a, b, c, root), expected = 2 * true_quadratic(a, b, c, truth);
+    int n = quadratic(a, b, c, root), expected = 2 * true_quadratic(a, b, c, truth);
     if (n != expected) print_error("a %a b %a c %a: %d roots, not %d\n", a, b, c, n, expected);
     assert_int_equal(n, expected);
     for (int i = 0; i < n; i++) {
@@ -145,7 +151,7 @@ static void check_quadratic(double a, double b, double c, double *worst)
             continue;
         }
         double off = ulps_off(truth[i], root[i].x);
-        bool bound = distance(truth[i], root[i].x) <= root[i].err;
+        bool bound = distance(truth[i], &root[i]) <= root[i].err;
         if (off > 2 || !bound)
             print_error("a %a b %a c %a: root %d is %g, %g ulps off, bound %g\n", a, b, c, i, root[i].x, off,
                         root[i].err);
@@ -205,16 +211,16 @@ static void test_quadratic_degenerate(void **state)
 {
     (void)state;
     PolyRoot root[2];
-    assert_int_equal(poly_quadratic(0, 0, 1, root), 0);
-    assert_int_equal(poly_quadratic(0, 2, -1, root), 1);
+    assert_int_equal(quadratic(0, 0, 1, root), 0);
+    assert_int_equal(quadratic(0, 2, -1, root), 1);
     assert_true(root[0].x == 0.5);
-    assert_int_equal(poly_quadratic(0, 2, 0, root), 1);
+    assert_int_equal(quadratic(0, 2, 0, root), 1);
     assert_true(root[0].x == 0);
-    assert_int_equal(poly_quadratic(1, 0, 0, root), 2);
+    assert_int_equal(quadratic(1, 0, 0, root), 2);
     assert_true(root[0].x == 0 && root[1].x == 0);
-    assert_int_equal(poly_quadratic(1, 2, 1, root), 2);
+    assert_int_equal(quadratic(1, 2, 1, root), 2);
     assert_true(root[0].x == -1 && root[1].x == -1);
-    assert_int_equal(poly_quadratic(1, 0, 1, root), 0);
+    assert_int_equal(quadratic(1, 0, 1, root), 0);
 }
 
 /* -- quartics -- */
@@ -285,7 +291,7 @@ static void check_quartic(const double c[5], long e, const char *what, uint64_t 
     } else {
         ok = ok && n == expected;
         for (int i = 0; ok && i < n; i++) {
-            ok = distance(truth[i], root[i].x) <= root[i].err && backward_small(c, root[i].x);
+            ok = distance(truth[i], &root[i]) <= root[i].err && backward_small(c, root[i].x);
             tally->worst_ulps = fmax(tally->worst_ulps, ulps_off(truth[i], root[i].x));
         }
         tally->solved++;
@@ -295,7 +301,7 @@ static void check_quartic(const double c[5], long e, const char *what, uint64_t 
                     c[2], c[1], c[0], n, expected);
         for (int i = 0; i < n; i++)
             print_error("  %.17g err %g, off %g\n", root[i].x, root[i].err,
-                        i < expected ? distance(truth[i], root[i].x) : NAN);
+                        i < expected ? distance(truth[i], &root[i]) : NAN);
     }
     for (int i = 0; i < 4; i++) mpfr_clear(truth[i]);
     poly_close(&p);

@@ -291,7 +291,8 @@ static void run_poly_quadratic(const void *polys, int count, const Prim *prim, S
     (void)prim, (void)scratch;
     for (int i = 0; i < count; i++) {
         PolyRoot root[2];
-        t[i] = nearest_root(root, poly_quadratic(p[i].c[2], p[i].c[1], p[i].c[0], root));
+        Dd c[3] = {{p[i].c[0], 0}, {p[i].c[1], 0}, {p[i].c[2], 0}};
+        t[i] = nearest_root(root, poly_quadratic(c, NULL, root));
     }
 }
 

@@ -1,9 +1,11 @@
 /* The slow and certain way to a crossing: everything in double-double, the constants of the quadratic by compensated
- * summation of their exact products (SumK of Ogita, Rump, Oishi 2005, K = 4), and the roots in the form that never
- * subtracts, q = -(b + sign(b) sqrt(D)), t = c / q and q / a. About the point nearest the origin b is nearly 0 and
- * D = b^2 - a c is free of the cancellation that a far origin brings (Haines, Guenther, Akenine-Moeller, "Precision
- * improvements for ray/sphere intersection", Ray Tracing Gems, 2019, chapter 7). */
+ * summation of their exact products (SumK of Ogita, Rump, Oishi 2005, K = 4), and the roots by tools/polyroots. About
+ * the point nearest the origin b is nearly 0 and D = b^2 - a c is free of the cancellation that a far origin brings
+ * (Haines, Guenther, Akenine-Moeller, "Precision improvements for ray/sphere intersection", Ray Tracing Gems, 2019,
+ * chapter 7). */
 #include "node/primitive/quadric.h"
+
+#include "tools/polyroots.h"
 
 /* The greatest number of exact terms in one coefficient: (h + l)^2 in three components and the constant. */
 enum { TERMS_MAX = 16 };
@@ -203,35 +205,18 @@ void quadric_roots(const NearLine *line, Vec3 s, double k, QuadricRoots *roots)
     double ea = 0x1p-150 + DD_ROUNDOFF * 0x1p-4 * fabs(a.hi);
     double eb = 0x1p-150 * (1 + reach) + DD_ROUNDOFF * 0x1p-4 * fabs(b.hi) + 2 * moved_b;
     double ec = 0x1p-150 * (1 + reach * reach) + DD_ROUNDOFF * 0x1p-4 * fabs(c.hi) + 2 * moved_c;
-    Dd bb = dd_mul(b, b), ac = dd_mul(a, c), disc = dd_sub(bb, ac);
-    double e_disc = DD_ROUNDOFF * (bb.hi + fabs(ac.hi)) + 2 * fabs(b.hi) * eb + fabs(a.hi) * ec + fabs(c.hi) * ea;
-
-    /* a < 0 (a cone met steeply) always has roots: a negative D is rounding. */
-    if (!(disc.hi > 0)) {
-        if (a.hi > 0) return;
-        disc = (Dd){0, 0};
-    }
-    Dd root = dd_sqrt(disc);
-    double e_root = disc.hi > 2 * e_disc ? e_disc / root.hi : sqrt(3 * e_disc);
-    Dd q = dd_neg(b.hi < 0 ? dd_sub(b, root) : dd_add(b, root));
-    double eq = eb + e_root + DD_ROUNDOFF * fabs(q.hi);
-
-    Dd r[2];
-    double er[2];
-    if (q.hi == 0) {
-        r[0] = r[1] = (Dd){0, 0};
-        er[0] = er[1] = 2 * eq / fabs(a.hi);
-    } else {
-        r[0] = dd_div(c, q);
-        er[0] = 2 * (ec + fabs(r[0].hi) * eq) / fabs(q.hi) + DD_ROUNDOFF * fabs(r[0].hi);
-        r[1] = a.hi == 0 ? r[0] : dd_div(q, a);
-        er[1] = a.hi == 0 ? er[0] : 2 * (eq + fabs(r[1].hi) * ea) / fabs(a.hi) + DD_ROUNDOFF * fabs(r[1].hi);
-    }
+    Dd poly[3] = {c, {2 * b.hi, 2 * b.lo}, a};
+    PolyRoot root[2];
+    int n = poly_quadratic(poly, (const double[3]){ec, 2 * eb, ea}, root);
+    if (n == 1) root[1] = root[0];
+    /* a tangent has no way inside; but a < 0 (a cone met steeply) always has roots */
+    if (n == 0 || (a.hi > 0 && root[0].x == root[1].x && root[0].lo == root[1].lo)) return;
     roots->count = 2;
     Crossing x[2];
     for (int i = 0; i < 2; i++) {
-        if (isfinite(r[i].hi)) r[i] = (Dd){ldexp(r[i].hi, e), ldexp(r[i].lo, e)};
-        x[i] = line_crossing(line, r[i], ldexp(er[i], e));
+        Dd r = {root[i].x, root[i].lo};
+        if (isfinite(r.hi)) r = (Dd){ldexp(r.hi, e), ldexp(r.lo, e)};
+        x[i] = line_crossing(line, r, ldexp(root[i].err, e));
     }
     bool swapped = crossing_before(&x[1], &x[0]);
     roots->root[0] = x[swapped];
