@@ -3,20 +3,31 @@
  * decomposition (l1, l2, l3, d2) gives the factors (x^2 + aq x + bq)(x^2 + cq x + dq). */
 #include "tools/polyroots.h"
 
-#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
 
 #include "common/numeric.h"
 
 /* -- quadratic -- */
 
-static Dd dd_ldexp(Dd a, int e) { return (Dd){ldexp(a.hi, e), ldexp(a.lo, e)}; }
+/* x 2^e: for ordinary exponents a product with the power, whose bits are its exponent alone, is faster than ldexp. */
+static double scale(double x, int e)
+{
+    if (e < -1022 || e > 1023) return ldexp(x, e);
+    uint64_t bits = (uint64_t)(e + 1023) << 52;
+    double power;
+    memcpy(&power, &bits, sizeof power);
+    return x * power;
+}
+
+static Dd dd_scale(Dd a, int e) { return (Dd){scale(a.hi, e), scale(a.lo, e)}; }
 
 /* x = q 2^k, q off by at most err. */
 static PolyRoot scaled_root(Dd q, double err, int k)
 {
     if (k == 0) return (PolyRoot){q.hi, q.lo, err};
-    double x = ldexp(q.hi, k), lo = isfinite(x) ? ldexp(q.lo, k) : 0;
-    return (PolyRoot){x, lo, ldexp(err, k) + 0x1p-1074};
+    double x = scale(q.hi, k), lo = isfinite(x) ? scale(q.lo, k) : 0;
+    return (PolyRoot){x, lo, scale(err, k) + 0x1p-1074};
 }
 
 /* -num / den 2^k; both have relative errors. */
@@ -35,7 +46,7 @@ static double relative_noise(const Dd *c, const double *noise, int i)
 static PolyRoot linear_root(const Dd *c, const double *noise, int i)
 {
     int e = ilogb(c[i + 1].hi), k = c[i].hi == 0 ? 0 : ilogb(c[i].hi);
-    return quotient_root(dd_ldexp(c[i], -k), relative_noise(c, noise, i), dd_ldexp(c[i + 1], -e),
+    return quotient_root(dd_scale(c[i], -k), relative_noise(c, noise, i), dd_scale(c[i + 1], -e),
                          relative_noise(c, noise, i + 1), k - e);
 }
 
@@ -67,12 +78,12 @@ int poly_quadratic(const Dd c[3], const double noise[3], PolyRoot root[2])
             root[swap ? 1 : 0] = small;
             return 2;
         }
-        a = dd_ldexp(a, -ea);
-        b = c[1].hi == 0 ? (Dd){0, 0} : dd_ldexp(c[1], -ea - k - 1);
-        z = dd_ldexp(z, -ea - 2 * k);
-        na = ldexp(na, -ea);
-        nb = ldexp(nb, -ea - k);
-        nz = ldexp(nz, -ea - 2 * k);
+        a = dd_scale(a, -ea);
+        b = c[1].hi == 0 ? (Dd){0, 0} : dd_scale(c[1], -ea - k - 1);
+        z = dd_scale(z, -ea - 2 * k);
+        na = scale(na, -ea);
+        nb = scale(nb, -ea - k);
+        nz = scale(nz, -ea - 2 * k);
     }
     Dd bb = dd_mul(b, b), az = dd_mul(a, z), disc = dd_sub(bb, az);
     double e_disc = 2 * fabs(b.hi) * nb + fabs(a.hi) * nz + fabs(z.hi) * na;
@@ -295,7 +306,8 @@ bool poly_quartic_guess(const double c[4], double root[4], int *count)
 
 /* -- isolation by sign -- */
 
-/* The value of a quartic in double-double and a bound on its error: noise[i] is that of coefficient i, roundings included. */
+/* The value of a quartic in double-double and a bound on its error: noise[i] is that of coefficient i, roundings
+ * included. */
 static Dd evaluate(const Dd c[5], const double noise[5], Dd x, double *bound)
 {
     Dd y = c[4];
@@ -475,8 +487,8 @@ int poly_quartic(const Dd c[5], const double noise[5], PolyRoot root[4], double 
     double bound[5];
     for (int i = 0; i < 5; i++) {
         int e = k * (i - 4) - e4;
-        s[i] = dd_ldexp(c[i], e);
-        bound[i] = 0x1p-98 * fabs(s[i].hi) + (noise ? ldexp(noise[i], e) : 0);
+        s[i] = dd_scale(c[i], e);
+        bound[i] = 0x1p-98 * fabs(s[i].hi) + (noise ? scale(noise[i], e) : 0);
     }
 
     Dd slope[4];
@@ -492,6 +504,6 @@ int poly_quartic(const Dd c[5], const double noise[5], PolyRoot root[4], double 
     for (int i = 0; i < n; i++)
         root[i] = scaled_root((Dd){root[i].x, root[i].lo}, root[i].err, k);
     if (criticals)
-        for (int i = 0; i < *criticals; i++) critical[i] = ldexp(critical[i], k);
+        for (int i = 0; i < *criticals; i++) critical[i] = scale(critical[i], k);
     return n;
 }

@@ -104,7 +104,7 @@ static bool exact(const Ray *ray, Crossing c[2])
 {
     NearLine line;
     QuadricRoots side;
-    if (!near_line(ray, M_SQRT2, false, &line)) return false;
+    if (!near_line(ray, M_SQRT2, 1.0 / 16, &line)) return false;
     quadric_roots(&line, SIGNS, 0, &side);
     bool down = ray->d.y < 0;
     c[0] = side.root[0];

@@ -83,7 +83,7 @@ static bool exact(const Ray *ray, Crossing c[2])
     uint32_t cap_part[2];
     NearLine line;
     QuadricRoots side;
-    if (!cap_slab(ray, cap, cap_part) || !near_line(ray, M_SQRT2, false, &line)) return false;
+    if (!cap_slab(ray, cap, cap_part) || !near_line(ray, M_SQRT2, 0, &line)) return false;
     quadric_roots(&line, SIGNS, -1, &side);
     if (side.constant ? side.c.hi > 0 : side.count == 0) return false;
     for (int i = 0; i < 2; i++) {

@@ -111,12 +111,12 @@ Vec3 ray_point(const Ray *ray, double t, double lo)
 
 Crossing plane_crossing_extreme(double o, double d, double value, uint32_t part)
 {
+    double gap = dd_sum(value, -o).hi, t = gap / d;
     int e = d != 0 && isfinite(d) ? -ilogb(d) : 0;
-    if (e != 0) {
+    if (e != 0 && fabs(gap) > 0x1p-800 && fabs(gap) < 0x1p800) {
         Crossing c = plane_crossing(o, ldexp(d, e), value, part);
         return (Crossing){ldexp(c.t, e), ldexp(c.lo, e), ldexp(c.err, e) + 0x1p-1074, part};
     }
-    double t = dd_sum(value, -o).hi / d;
     return (Crossing){t, 0, GAMMA(2) * fabs(t) + 0x1p-1074, part};
 }
 
@@ -130,7 +130,14 @@ static double shift_component(double *hi, double *lo, double t, double d)
     return lost;
 }
 
-bool near_line(const Ray *ray, double radius, bool centred, NearLine *line)
+/* The line through o passes the origin at less than `centre` times |o|. */
+static bool leads_to_origin(Vec3 o, Vec3 d, double dd, double centre)
+{
+    double along = vec3_dot(o, d);
+    return along * along > (1 - centre * centre) * (vec3_dot(o, o) * dd);
+}
+
+bool near_line(const Ray *ray, double radius, double centre, NearLine *line)
 {
     double m = vec3_max(vec3_abs(ray->d));
     if (!(m > 0 && isfinite(m))) return false;
@@ -141,7 +148,8 @@ bool near_line(const Ray *ray, double radius, bool centred, NearLine *line)
     /* 1/16 keeps the dot product from overflowing. Two rounds: the first may miss the nearest point by u |o|. */
     double dd = vec3_dot(d, d), reach = vec3_max(vec3_abs(ray->o));
     if (!(reach < 0x1p990)) return false;
-    for (int round = 0; round < 2 && (centred || vec3_max(vec3_abs(line->hi)) > 4); round++) {
+    for (int round = 0; round < 2; round++) {
+        if (!(vec3_max(vec3_abs(line->hi)) > 4 || (centre > 0 && leads_to_origin(line->hi, d, dd, centre)))) break;
         double t = -16 * (vec3_dot(vec3_scale(line->hi, 0x1p-4), d) / dd);
         line->err.x += shift_component(&line->hi.x, &line->lo.x, t, d.x);
         line->err.y += shift_component(&line->hi.y, &line->lo.y, t, d.y);
@@ -203,8 +211,8 @@ void quadric_roots(const NearLine *line, Vec3 s, double k, QuadricRoots *roots)
 
     /* first-order bounds: a is exact but for u^3, b and c carry the line's error */
     double ea = 0x1p-150 + DD_ROUNDOFF * 0x1p-4 * fabs(a.hi);
-    double eb = 0x1p-150 * (1 + reach) + DD_ROUNDOFF * 0x1p-4 * fabs(b.hi) + 2 * moved_b;
-    double ec = 0x1p-150 * (1 + reach * reach) + DD_ROUNDOFF * 0x1p-4 * fabs(c.hi) + 2 * moved_c;
+    double eb = 0x1p-149 * reach + DD_ROUNDOFF * 0x1p-4 * fabs(b.hi) + 2 * moved_b;
+    double ec = 0x1p-149 * (fabs(k) + reach * reach) + DD_ROUNDOFF * 0x1p-4 * fabs(c.hi) + 2 * moved_c;
     Dd poly[3] = {c, {2 * b.hi, 2 * b.lo}, a};
     PolyRoot root[2];
     int n = poly_quadratic(poly, (const double[3]){ec, 2 * eb, ea}, root);

@@ -30,9 +30,10 @@ typedef struct {
 } NearLine;
 
 /* False if the line passes the origin at more than `radius` for certain, or has no direction. The point hi + lo is the
- * ray's own origin if that is near and `centred` isn't asked for, so that a crossing next to it stays exact; otherwise
- * it is the line's nearest to the origin within its own rounding. */
-bool near_line(const Ray *ray, double radius, bool centred, NearLine *line);
+ * ray's own origin if that is near, so that a crossing next to it stays exact; otherwise it is the line's nearest to the
+ * origin within its own rounding. The latter also where that is nearer than `centre` times the ray's origin: 0 for
+ * surfaces that have no multiple root at the nearest point. */
+bool near_line(const Ray *ray, double radius, double centre, NearLine *line);
 
 /* The crossing at r, which is off by at most err: t = (t0 + r) 2^exponent. */
 Crossing line_crossing(const NearLine *line, Dd r, double err);

@@ -43,7 +43,7 @@ static bool exact(const Ray *ray, Crossing c[2])
 {
     NearLine line;
     QuadricRoots roots;
-    if (!near_line(ray, 1, false, &line)) return false;
+    if (!near_line(ray, 1, 0, &line)) return false;
     quadric_roots(&line, SIGNS, -1, &roots);
     c[0] = roots.root[0];
     c[1] = roots.root[1];

@@ -185,7 +185,7 @@ static int exact(const Torus *torus, const Ray *ray, Crossing c[4])
 {
     NearLine line;
     double m = torus->minor;
-    if (!near_line(ray, 1 + m, true, &line)) return 0;
+    if (!near_line(ray, 1 + m, 1, &line)) return 0;
     Quartic q;
     quartic_along(&line, m, &q);
     PolyRoot root[4], outer[4];
