@@ -16,7 +16,7 @@
 #include "common/rng.h"
 #include "support/quartic_roots.h"
 
-enum { BITS = 400, BISECTIONS = 200, QUADRATIC_BITS = 8400 };  /* b^2 and 4 a c may be 2^8000 apart */
+enum { BITS = 400, BISECTIONS = 300, QUADRATIC_BITS = 8400 };  /* b^2 and 4 a c may be 2^8000 apart */
 
 typedef struct { mpfr_t c[5]; int degree; } Poly;
 
