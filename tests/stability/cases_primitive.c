@@ -397,7 +397,7 @@ const StabilityCase primitive_cases[] = {
     {19, "torus of minor radius 1e-6 to 1", "MPFR", "POV-Ray 3.7: no silhouette wrong in 24 poses", 5000, 1000000,
      10000000, torus_rings},
     {19, "torus of minor radius above 1", "quad", "", 5000, 1000000, 10000000, torus_spindles},
-    {20, "torus: its plane, its axis, its rims", "MPFR", "", 5000, 1000000, 10000000, torus_degenerate},
+    {20, "torus: its plane, its axis, its rims", "MPFR", "", 5000, 1250000, 12500000, torus_degenerate},
     {21, "torus from 1e6 away, grazing at 1e-3 degrees", "MPFR", "", 5000, 1000000, 10000000, torus_grazing},
     {22, "quartics: published, spread and close roots", "MPFR", "", 5000, 1000000, 10000000, quartics},
     {23, "quadratics: b^2 near 4ac, over- and underflow", "MPFR", "", 20000, 1000000, 20000000, quadratics},
