@@ -293,7 +293,8 @@ static void run_poly_quadratic(const void *polys, int count, const Prim *prim, S
     (void)prim, (void)scratch;
     for (int i = 0; i < count; i++) {
         PolyRoot root[2];
-        t[i] = nearest_root(root, poly_quadratic(p[i].c[2], p[i].c[1], p[i].c[0], root));
+        Dd c[3] = {{p[i].c[0], 0}, {p[i].c[1], 0}, {p[i].c[2], 0}};
+        t[i] = nearest_root(root, poly_quadratic(c, NULL, root));
     }
 }
 
@@ -305,7 +306,7 @@ static void run_poly_quartic(const void *polys, int count, const Prim *prim, Scr
         Dd c[5];
         for (int k = 0; k < 5; k++) c[k] = (Dd){p[i].c[k], 0};
         PolyRoot root[4];
-        t[i] = nearest_root(root, poly_quartic(c, 0, root, NULL, NULL));
+        t[i] = nearest_root(root, poly_quartic(c, NULL, root, NULL, NULL));
     }
 }
 

@@ -104,7 +104,7 @@ static bool exact(const Ray *ray, Crossing c[2])
 {
     NearLine line;
     QuadricRoots side;
-    if (!near_line(ray, M_SQRT2, &line)) return false;
+    if (!near_line(ray, M_SQRT2, 1.0 / 16, &line)) return false;
     quadric_roots(&line, SIGNS, 0, &side);
     bool down = ray->d.y < 0;
     c[0] = side.root[0];
@@ -155,14 +155,12 @@ static Box bounds_in(const Prim *prim, const Affine *map)
 
 static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scratch)
 {
-    (void)prim, (void)scratch;
-    return convex_intersect(&SHAPE, ray, hit);
+    return convex_intersect(&SHAPE, prim, ray, hit, scratch);
 }
 
 static bool segments(const Prim *prim, const Ray *ray, SegList *list)
 {
-    (void)prim;
-    return convex_segments(&SHAPE, ray, list);
+    return convex_segments(&SHAPE, prim, ray, list);
 }
 
 static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *surface)

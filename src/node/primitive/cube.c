@@ -84,14 +84,12 @@ static Box bounds(const Prim *prim)
 
 static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scratch)
 {
-    (void)prim, (void)scratch;
-    return convex_intersect(&SHAPE, ray, hit);
+    return convex_intersect(&SHAPE, prim, ray, hit, scratch);
 }
 
 static bool segments(const Prim *prim, const Ray *ray, SegList *list)
 {
-    (void)prim;
-    return convex_segments(&SHAPE, ray, list);
+    return convex_segments(&SHAPE, prim, ray, list);
 }
 
 static double clamp01(double x) { return fmax(0, fmin(1, x)); }

@@ -83,7 +83,7 @@ static bool exact(const Ray *ray, Crossing c[2])
     uint32_t cap_part[2];
     NearLine line;
     QuadricRoots side;
-    if (!cap_slab(ray, cap, cap_part) || !near_line(ray, M_SQRT2, &line)) return false;
+    if (!cap_slab(ray, cap, cap_part) || !near_line(ray, M_SQRT2, 0, &line)) return false;
     quadric_roots(&line, SIGNS, -1, &side);
     if (side.constant ? side.c.hi > 0 : side.count == 0) return false;
     for (int i = 0; i < 2; i++) {
@@ -118,14 +118,12 @@ static Box bounds_in(const Prim *prim, const Affine *map)
 
 static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scratch)
 {
-    (void)prim, (void)scratch;
-    return convex_intersect(&SHAPE, ray, hit);
+    return convex_intersect(&SHAPE, prim, ray, hit, scratch);
 }
 
 static bool segments(const Prim *prim, const Ray *ray, SegList *list)
 {
-    (void)prim;
-    return convex_segments(&SHAPE, ray, list);
+    return convex_segments(&SHAPE, prim, ray, list);
 }
 
 static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *surface)
