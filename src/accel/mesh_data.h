@@ -31,7 +31,7 @@ enum { SMALL_MESH = 64 };
 typedef struct {
     _Alignas(64) float v[3][BLOCK];     /* first vertices */
     float e1[3][BLOCK], e2[3][BLOCK];   /* edges to the second and third */
-    float edge;                         /* the longest component of any edge */
+    float margin, area_margin;          /* FILTER_MARGIN times the longest component of any edge, and its square */
     uint32_t triangle[BLOCK];
 } MeshBlock;
 
@@ -92,8 +92,7 @@ static inline __attribute__((always_inline)) uint32_t filter_block(const MeshBlo
     Float4 det = float4_dot(e1[0], e1[1], e1[2], px, py, pz);
     Int4 sign = (Int4)det & INT32_MIN;
     Float4 size = float4_abs(det), u = float4_flip(float4_dot(tx, ty, tz, px, py, pz), sign);
-    float margin = FILTER_MARGIN * r->reach * b->edge + FILTER_UNDERFLOW;
-    float area_margin = FILTER_MARGIN * b->edge * b->edge + FILTER_UNDERFLOW;
+    float margin = r->reach * b->margin + FILTER_UNDERFLOW, area_margin = b->area_margin;
     Int4 sided = size > area_margin;  /* seen edge on, its sign is not known, and nothing is said */
     Int4 misses = ((u < -margin) | (u > size + margin)) & sided;
     uint32_t all = (1u << count) - 1;

@@ -245,7 +245,8 @@ static const PrimOps closed_ops = {MESH_OPS, .closed = true, .segments = mesh_se
 
 static void fill_block(const MeshPrim *mesh, MeshBlock *b, const uint32_t *item, uint32_t count)
 {
-    *b = (MeshBlock){.edge = 0};
+    *b = (MeshBlock){.margin = 0};
+    float edge = 0;
     for (uint32_t i = 0; i < count; i++) {
         const uint32_t *k = mesh->triangle[item[i]];
         Vec3 v = mesh->position[k[0]], e1 = vec3_sub(mesh->position[k[1]], v), e2 = vec3_sub(mesh->position[k[2]], v);
@@ -255,9 +256,11 @@ static void fill_block(const MeshPrim *mesh, MeshBlock *b, const uint32_t *item,
             b->e2[a][i] = (float)vec3_get(e2, a);
         }
         float longest = (float)fmax(vec3_max(vec3_abs(e1)), vec3_max(vec3_abs(e2)));
-        b->edge = fmaxf(b->edge, longest * (1 + 0x1p-23f));
+        edge = fmaxf(edge, longest * (1 + 0x1p-23f));
         b->triangle[i] = item[i];
     }
+    b->margin = FILTER_MARGIN * edge;
+    b->area_margin = FILTER_MARGIN * edge * edge + FILTER_UNDERFLOW;
 }
 
 /* One block for each leaf, which then refers to it in place of its items. */
