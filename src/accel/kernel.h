@@ -18,7 +18,7 @@ typedef struct Kernel {
 extern const Kernel kernel_scalar;  /* one ray at a time */
 extern const Kernel kernel_packet;  /* up to 64 rays of one octant at a time, with the baseline's vectors */
 #if defined(__x86_64__)
-extern const Kernel kernel_avx2;    /* the same for processors with AVX2 */
+extern const Kernel kernel_avx2;    /* the same for processors with AVX2 and FMA */
 #endif
 
 /* The ray in the object's space, its t unchanged. */

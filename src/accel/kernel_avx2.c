@@ -1,5 +1,6 @@
-/* Packets with AVX2. Everything below is compiled for it; the kernel runs only where the processor has it. No product and
- * sum are fused (-ffp-contract=off), and hits are decided by the same operations in double as in any other kernel. */
+/* Packets with AVX2 and FMA. Everything below is compiled for them; the kernel runs only where the processor has both. No
+ * product and sum are fused but on purpose (-ffp-contract=off): in the float filter, and where a product is to be exact.
+ * Hits are decided by the same values in double as in any other kernel. */
 #if defined(__x86_64__)
 #if defined(__clang__)
 #pragma clang attribute push(__attribute__((target("avx2,fma"))), apply_to = function)
