@@ -199,7 +199,8 @@ static inline __attribute__((always_inline)) void double4_product(const Double4 
 
 /* e x f, each component within 16 of its size, the sum of its two products' magnitudes. The low part is at most 4 u of the
  * size, made with roundings of 14 sizes together; one more is left out. */
-static inline __attribute__((always_inline)) void pair_cross(const Vec3Pair *e, const Vec3Pair *f, Vec3Pair *n, Double4 *size)
+static inline __attribute__((always_inline)) void pair_cross(const Vec3Pair *e, const Vec3Pair *f, Vec3Pair *n,
+                                                             Double4 *size)
 {
     Double4 a, al, b, bl, c, cl, d, dl, ps, qs;
     double4_turn(&e->hi, &a), double4_turn(&e->lo, &al);

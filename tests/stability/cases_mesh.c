@@ -467,9 +467,8 @@ static void check_place(Row *row, const Mesh *mesh, const Prim *prim, const Ray 
     Hit hit = {.t = edge->t, .u = edge->u, .v = edge->v, .part = edge->part};
     Surface s;
     prim->ops->surface(prim, ray, &hit, &s);
-    Quad n[3] = {truth.n[0], truth.n[1], truth.n[2]}, nn = 0, height = 0, allowed = 0;
+    Quad n[3] = {truth.n[0], truth.n[1], truth.n[2]}, height = 0, allowed = 0;
     for (int i = 0; i < 3; i++) {
-        nn += n[i] * n[i];
         height += n[i] * ((Quad)vec3_get(s.p, i) - vec3_get(v[0], i));
         allowed += q_abs(n[i]) * vec3_get(s.p_err, i);
     }
