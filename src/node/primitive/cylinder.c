@@ -122,9 +122,20 @@ static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scrat
     return convex_intersect(&SHAPE, ray, hit);
 }
 
+/* Whether the line may lie in a cap or in the side. */
+static bool is_along(const Ray *ray)
+{
+    Vec3 d = vec3_abs(ray->d), middle = {0, 0, 0};
+    double steepest = vec3_max(d);
+    if (d.y <= ALONG * steepest) return fabs(fabs(line_component(ray, middle, 1)) - 1) <= 2 * ALONG;
+    if (fmax(d.x, d.z) > ALONG * steepest) return false;
+    return fabs(hypot(line_component(ray, middle, 0), line_component(ray, middle, 2)) - 1) <= 2 * ALONG;
+}
+
 static bool segments(const Prim *prim, const Ray *ray, SegList *list)
 {
     (void)prim;
+    list->along |= is_along(ray);
     return convex_segments(&SHAPE, ray, list);
 }
 
