@@ -263,6 +263,13 @@ static void widen_events(const Trace *tr, uint32_t first, Event *event, Vec3 d, 
     }
 }
 
+enum { CORNERS = 8 };
+
+static Vec3 box_corner(Vec3 half, unsigned corner)
+{
+    return vec3_make(corner & 1 ? half.x : -half.x, corner & 2 ? half.y : -half.y, corner & 4 ? half.z : -half.z);
+}
+
 /* Whether the lines beside one, moved by the error of the place along all axes, all have as many parts in the leaf: a
  * plane with the normal n is off by |n|.e at most, and some of the eight are moved by all of that. Widens the events, of
  * segments from `first` on, if there are any. False in *ok without memory. */
@@ -270,9 +277,8 @@ static bool is_clear(Trace *tr, const Leaf *leaf, const Ray *ray, Vec3 e, uint32
                      bool *ok)
 {
     bool clear = true;
-    for (unsigned corner = 0; corner < 8; corner++) {
-        Vec3 by = vec3_make(corner & 1 ? e.x : -e.x, corner & 2 ? e.y : -e.y, corner & 4 ? e.z : -e.z);
-        Ray line = {vec3_add(ray->o, by), ray->d, -INFINITY, INFINITY};
+    for (unsigned corner = 0; corner < CORNERS; corner++) {
+        Ray line = {vec3_add(ray->o, box_corner(e, corner)), ray->d, -INFINITY, INFINITY};
         tr->beside.count = 0;
         *ok = leaf->prim->ops->segments(leaf->prim, &line, &tr->beside);
         if (!*ok) return false;
@@ -323,9 +329,9 @@ static Event *narrow_events(Trace *tr, uint32_t first, Vec3 d, Vec3 place_err)
 
 static const Vec3 ASIDE = {0.8017837257372732, 0.5122083536123418, 0.3079614987123441};
 
-/* The steps aside, in units of the error of the place: the first to decide with, and the first to take the ends from;
+/* The steps, in units of the error of the place: the first aside, to decide with, and the first to take the ends from;
  * both double. Faces are usually off by a few roundings and not by their bound, so the ends are hardly moved. */
-static const double DECIDE_FIRST = 0.5, MOVE_FIRST = 0x1p-5;
+static const double ASIDE_FIRST = 0.5, MOVE_FIRST = 0x1p-5;
 
 /* Whether a leaf's segments from `first` on have the parts of the line beside: their ends no farther off than the step
  * makes them, unless the slope is little. */
@@ -343,40 +349,49 @@ static bool are_alike(const Trace *tr, uint32_t first, Vec3 d, Vec3 place_err)
     return true;
 }
 
+/* Finds the segments, appended from `first` on, of the line moved least that has the parts of the line beside: of those
+ * toward the corners of the error, or, if it must be, that one itself. *moved gets how far it was moved. */
+static bool move_least(Trace *tr, const Leaf *leaf, const Ray *ray, const Ray *beside, Vec3 e, uint32_t first, Vec3 *moved)
+{
+    Ray line = *ray;
+    *moved = vec3_make(0, 0, 0);
+    for (double scale = MOVE_FIRST; scale <= 1; scale *= 2)
+        for (unsigned corner = 0; corner < CORNERS; corner++) {
+            tr->segs.count = first;
+            if (!leaf->prim->ops->segments(leaf->prim, &line, &tr->segs)) return false;
+            if (are_alike(tr, first, ray->d, e)) return true;
+            *moved = vec3_scale(e, scale);
+            line.o = vec3_add(ray->o, box_corner(*moved, corner));
+        }
+    *moved = vec3_abs(vec3_sub(beside->o, ray->o));
+    tr->segs.count = first;
+    return leaf->prim->ops->segments(leaf->prim, beside, &tr->segs);
+}
+
 /* Replaces the segments of a leaf that isn't passed clearly by those of a line moved aside. */
 static bool pass_aside(Trace *tr, uint32_t index, const Ray *ray, Vec3 e, uint32_t first)
 {
     const Leaf *leaf = &tr->csg->leaf[index];
-    Vec3 aside = affine_vector(&leaf->to_leaf, ASIDE);
-    double unit = largest(abs_linear(&leaf->to_csg, e)), step = DECIDE_FIRST * unit;
-    uint32_t parts = 0;
+    Vec3 aside = affine_vector(&leaf->to_leaf, ASIDE), moved;
+    double step = ASIDE_FIRST * largest(abs_linear(&leaf->to_csg, e));
     Ray line = *ray;
-    for (int k = 0; k < ASIDE_STEPS; k++, step *= 2) {
-        bool ok;
+    bool clear = false, ok = true;
+    uint32_t parts = 0;
+    for (int k = 0; k < ASIDE_STEPS && !clear; k++, step *= 2) {
         line.o = vec3_at(ray->o, step, aside);
         tr->beside.count = 0;
         if (!leaf->prim->ops->segments(leaf->prim, &line, &tr->beside)) return false;
         parts = count_parts(&tr->beside, 0, ray->d, e);
-        bool clear = is_clear(tr, leaf, &line, e, parts, 0, NULL, &ok);
+        clear = is_clear(tr, leaf, &line, e, parts, 0, NULL, &ok);
         if (!ok) return false;
-        if (clear) break;
     }
     tr->count -= 2 * (tr->segs.count - first);
     tr->segs.count = first;
     if (parts == 0) return true;
     tr->beside.count = 0;
-    line.o = vec3_at(ray->o, step, aside);
     if (!leaf->prim->ops->segments(leaf->prim, &line, &tr->beside)) return false;
-    double by = 0;
-    for (;;) {
-        line.o = vec3_at(ray->o, by, aside);
-        tr->segs.count = first;
-        if (!leaf->prim->ops->segments(leaf->prim, &line, &tr->segs)) return false;
-        if (by >= step || are_alike(tr, first, ray->d, e)) break;
-        by = by > 0 ? 2 * by : MOVE_FIRST * unit;
-    }
-    bool ok, clear = true;
-    if (!add_events(tr, index, ray, vec3_at(e, by, vec3_abs(aside)), first, &clear)) return false;
+    if (!move_least(tr, leaf, ray, &line, e, first, &moved)) return false;
+    if (!add_events(tr, index, ray, vec3_add(e, moved), first, &clear)) return false;
     is_clear(tr, leaf, ray, e, parts, first, narrow_events(tr, first, ray->d, e), &ok);
     return ok;
 }
