@@ -127,7 +127,7 @@ static bool line_along_leaf(void *context, uint32_t block, uint32_t count)
     const MeshPrim *mesh = w->walk.confirm.mesh;
     const MeshBlock *b = &mesh->block[block];
     const Ray *ray = w->walk.confirm.ray;
-    double near = 2 * ALONG * (double)mesh->reach, length = vec3_length(ray->d);
+    double near = 2 * ALONG * ((double)mesh->reach + vec3_max(vec3_abs(ray->o))), length = vec3_length(ray->d);
     for (uint32_t mask = filter_block(b, &w->walk.confirm.filter, INFINITY, true, count); mask; mask &= mask - 1) {
         const uint32_t *k = mesh->triangle[b->triangle[__builtin_ctz(mask)]];
         const Vec3 *p = mesh->position;

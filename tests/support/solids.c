@@ -429,6 +429,8 @@ Faces solid_faces(const Expr *a, const Expr *b)
         const Expr *e = k ? b : a;
         for (size_t i = 0; i < e->count; i++) {
             if (!e->token[i].is_leaf) continue;
+            Box box = affine_box(&e->token[i].to_csg, e->token[i].prim->ops->bounds(e->token[i].prim));
+            faces.reach = fmax(faces.reach, box_reach(box));
             faces.prim[faces.count] = e->token[i].prim;
             faces.inverse[faces.count++] = solid_q_inverse(&e->token[i].to_csg);
         }
@@ -466,7 +468,7 @@ Difference solid_difference(const Faces *faces, const SegList *a, const SegList 
         }
         if (!open) continue;
         double way = vec3_max(vec3_abs(ray->o)) + fmax(fabs(open->t), fabs(edge->t)) * vec3_max(vec3_abs(ray->d));
-        double unit = UNIT_ROUNDOFF * fmax(way, 1), length = (edge->t - open->t) * step;
+        double unit = UNIT_ROUNDOFF * fmax(way, faces->reach), length = (edge->t - open->t) * step;
         bool claimed = edge->t - open->t <= BOUNDS_SLACK * (edge->t_err + open->t_err);
         /* no part is thicker than long */
         if (!claimed || length > difference.thickness * unit) {

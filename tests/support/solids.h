@@ -65,9 +65,9 @@ void solid_print_list(const char *name, const SegList *list);
 
 /* The greatest thickness of a Difference that two ways to make the same solid may have. A face is placed by a matrix of up
  * to four products of four roundings, its inverse by as many, the ray's transform adds four for the origin and four for
- * the way: 24 on each side of the comparison, on coordinates of which the sum of three takes part; the rest is for the
- * step by which a ray that lies in a face is moved aside. */
-#define SOLID_THICKEST 64
+ * the way: 24 for each solid. The absolute values in the rows of a rotation and of its inverse add up to sqrt(3) each, so
+ * with both that is 2 x 24 x 3. */
+#define SOLID_THICKEST 144
 
 /* The oracle: each leaf's inverse (of the analytic shapes), and whether the list is inside where the set of points is. */
 typedef struct { Quad m[3][4]; } QAffine;
@@ -78,6 +78,7 @@ bool solid_agrees(const Expr *e, const QAffine *inverse, const SegList *list, co
 /* The surfaces of all leaves of two expressions (of b without tokens: of one). */
 typedef struct {
     size_t count;
+    double reach;  /* the greatest coordinate of any leaf */
     const Prim *prim[2 * MAX_TOKENS];
     QAffine inverse[2 * MAX_TOKENS];
 } Faces;
@@ -87,7 +88,7 @@ Faces solid_faces(const Expr *a, const Expr *b);
 /* What of the line is inside in one list and not in the other.
  * `thickness`: of the thickest part, how far from the nearest surface the line gets in it, along the normal and not along
  * the line, in __float128 and whatever the lists claim of their bounds; in units of u times the greatest coordinate of
- * the ray's origin, of its way, and 1.
+ * the ray's origin, of its way and of the leaves.
  * `unclaimed`: whether a part is longer than twice the bounds of its ends. A part along a surface, longer than 2^10 times
  * its thickness, is left to its thickness: there the roundings decide whether there is a crossing at all, and one list
  * has no end that could tell. */
