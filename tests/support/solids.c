@@ -77,7 +77,8 @@ Prim *solid_prim(const Expr *e)
 const char *const SOLID_LAW_NAMES[] = {
     "A - A = 0", "A x A = A", "A + A = A", "A - A' = 0", "A x A' = A", "A + A' = A", "A - (A - B) = A x B",
     "U - (A + B) = (U - A) x (U - B)", "U - (A x B) = (U - A) + (U - B)", "A + B = B + A", "A x B = B x A",
-    "(A + B) + C = A + (B + C)", "(A x B) x C = A x (B x C)", "(A - B) - C = A - (B + C)", "(A - B) + (A x B) = A"};
+    "(A + B) + C = A + (B + C)", "(A x B) x C = A x (B x C)", "(A - B) - C = A - (B + C)", "(A - B) + (A x B) = A",
+    "(U - A) + A' = U", "(U - A) x A' = 0", "A + ((U - A') - B) = U - (B - A)"};
 
 void solid_laws(Law law[SOLID_LAWS], Expr a, Expr a2, Expr b, Expr c)
 {
@@ -99,6 +100,9 @@ void solid_laws(Law law[SOLID_LAWS], Expr a, Expr a2, Expr b, Expr c)
         {solid_meet(solid_meet(a, b), c), solid_meet(a, solid_meet(b, c))},
         {solid_minus(solid_minus(a, b), c), solid_minus(a, solid_unite(b, c))},
         {solid_unite(solid_minus(a, b), solid_meet(a, b)), a},
+        {solid_unite(no_a, a2), u},
+        {solid_meet(no_a, a2), none},
+        {solid_unite(a, solid_minus(solid_minus(u, a2), b)), solid_minus(u, solid_minus(b, a))},
     };
     memcpy(law, made, sizeof made);
 }

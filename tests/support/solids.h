@@ -35,7 +35,7 @@ Expr solid_rod(double radius, double y0, double y1);
 
 /* The laws of set algebra for any solids A, B, C and A', which is A by other roundings; U is a large box. A right side
  * without tokens is the empty solid. */
-enum { SOLID_LAWS = 15 };
+enum { SOLID_LAWS = 18 };
 typedef struct { Expr left, right; } Law;
 extern const char *const SOLID_LAW_NAMES[SOLID_LAWS];
 

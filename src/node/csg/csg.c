@@ -168,6 +168,8 @@ static void clip_slab(double lo, double hi, double o, double inv, double *near, 
     if (b < *far) *far = b;
 }
 
+static Box box_pad(Box box, Vec3 by) { return (Box){vec3_sub(box.lo, by), vec3_add(box.hi, by)}; }
+
 static bool clip_box(Box box, Vec3 o, Vec3 inv, double *near, double *far)
 {
     clip_slab(box.lo.x, box.hi.x, o.x, inv.x, near, far);
@@ -327,6 +329,19 @@ static Event *narrow_events(Trace *tr, uint32_t first, Vec3 d, Vec3 place_err)
     return event;
 }
 
+/* Takes from the intervals of a leaf's events what is outside its box: on a face nearly in the ray's direction a bound may
+ * reach anywhere, but the leaf is not there. */
+static void cap_events(const Trace *tr, const Leaf *leaf, const Ray *ray, Vec3 place_err, uint32_t first)
+{
+    Event *event = tr->event + tr->count - 2 * (tr->segs.count - first), *end = tr->event + tr->count;
+    double near = -INFINITY, far = INFINITY;
+    if (!clip_box(box_pad(leaf->bounds, place_err), ray->o, reciprocal(ray->d), &near, &far)) return;
+    for (; event < end; event++) {
+        event->lo = fmin(event->t, fmax(event->lo, near));
+        event->hi = fmax(event->t, fmin(event->hi, far));
+    }
+}
+
 static const Vec3 ASIDE = {0.8017837257372732, 0.5122083536123418, 0.3079614987123441};
 
 /* The steps, in units of the error of the place: the first aside, to decide with, and the first to take the ends from;
@@ -393,6 +408,7 @@ static bool pass_aside(Trace *tr, uint32_t index, const Ray *ray, Vec3 e, uint32
     if (!move_least(tr, leaf, ray, &line, e, first, &moved)) return false;
     if (!add_events(tr, index, ray, vec3_add(e, moved), first, &clear)) return false;
     is_clear(tr, leaf, ray, e, parts, first, narrow_events(tr, first, ray->d, e), &ok);
+    cap_events(tr, leaf, ray, vec3_add(e, moved), first);
     return ok;
 }
 
@@ -405,7 +421,10 @@ static bool collect_beside(Trace *tr, uint32_t index, const Ray *ray, uint32_t f
     if (!(largest(e) < INFINITY)) return true;
     Event *event = narrow_events(tr, first, ray->d, e);
     bool ok;
-    if (is_clear(tr, leaf, ray, e, count_parts(&tr->segs, first, ray->d, e), first, event, &ok) || !ok) return ok;
+    bool clear = is_clear(tr, leaf, ray, e, count_parts(&tr->segs, first, ray->d, e), first, event, &ok);
+    if (!ok) return false;
+    cap_events(tr, leaf, ray, e, first);
+    if (clear) return true;
     return pass_aside(tr, index, ray, e, first);
 }
 
@@ -786,8 +805,6 @@ static bool is_identity(const Affine *a)
             if (a->m[i][j] != (i == j)) return false;
     return true;
 }
-
-static Box box_pad(Box box, Vec3 by) { return (Box){vec3_sub(box.lo, by), vec3_add(box.hi, by)}; }
 
 static Vec3 translation(const Affine *a) { return vec3_make(a->m[0][3], a->m[1][3], a->m[2][3]); }
 
