@@ -139,7 +139,9 @@ static void law_pictures(Row *row, uint64_t trials)
         for (int shape = 0; shape < SHAPES; shape++) {
             double pose[9] = {1, 1, 1};
             for (int i = 0; k > 0 && i < 9; i++)
-                pose[i] = i < 3 ? solid_uniform(&rng, 0.3, 1.5) : i < 6 ? solid_uniform(&rng, 0, 360) : solid_uniform(&rng, -0.5, 0.5);
+                pose[i] = i < 3   ? solid_uniform(&rng, 0.3, 1.5)
+                          : i < 6 ? solid_uniform(&rng, 0, 360)
+                                  : solid_uniform(&rng, -0.5, 0.5);
             Picture nothing = law_picture(shapes[shape], "", pose), alone = law_picture(shapes[shape], "A", pose);
             size_t size = (size_t)3 * nothing.width * nothing.height;
             row_trial(row, nothing.rgb && alone.rgb && memcmp(nothing.rgb, alone.rgb, size) != 0, "%s, pose %d: unseen",
