@@ -71,6 +71,7 @@ typedef struct {
     Walk walk;
     Crossing *crossing;
     uint32_t count, capacity;
+    bool along;
     Scratch *scratch;
 } LineWalk;
 
@@ -102,6 +103,25 @@ static bool line_leaf(void *context, uint32_t block)
         w->crossing[w->count++] = (Crossing){edge, triangle_entered(shear, &cut)};
     }
     return true;
+}
+
+/* Notes whether the line may lie in one of a block's triangles. */
+static bool line_along_leaf(void *context, uint32_t block, uint32_t count)
+{
+    LineWalk *w = context;
+    const MeshPrim *mesh = w->walk.confirm.mesh;
+    const MeshBlock *b = &mesh->block[block];
+    const Ray *ray = w->walk.confirm.ray;
+    double near = 2 * ALONG * ((double)mesh->reach + vec3_max(vec3_abs(ray->o))), length = vec3_length(ray->d);
+    for (uint32_t mask = filter_block(b, &w->walk.confirm.filter, INFINITY, true, count); mask; mask &= mask - 1) {
+        const uint32_t *k = mesh->triangle[b->triangle[__builtin_ctz(mask)]];
+        const Vec3 *p = mesh->position;
+        Vec3 n = triangle_normal(&p[k[0]], &p[k[1]], &p[k[2]]);
+        double size = vec3_length(n);
+        w->along = w->along || (fabs(vec3_dot(n, ray->d)) <= ALONG * size * length &&
+                                fabs(vec3_dot(n, vec3_sub(ray->o, p[k[0]]))) <= near * size);
+    }
+    return line_leaf(context, block, count);
 }
 
 static int by_t(const void *a, const void *b)
@@ -146,7 +166,8 @@ static bool mesh_segments(const Prim *prim, const Ray *ray, SegList *list)
         w.walk.slab.o_far[a] += w.walk.slab.negative[a] ? slack : -slack;
     }
     w.walk.tmax_slab = INFINITY;
-    slab_walk(&mesh->bvh, &w.walk.slab, 0, &w.walk.tmax_slab, line_leaf, &w);
+    slab_walk(&mesh->bvh, &w.walk.slab, 0, &w.walk.tmax_slab, line_along_leaf, &w);
+    list->along |= w.along;
     if (list->scratch->out_of_memory) return false;
     w.count = sort_crossings(w.crossing, w.count);
     int depth = 0;

@@ -158,8 +158,23 @@ static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scrat
     return convex_intersect(&SHAPE, prim, ray, hit, scratch);
 }
 
+/* Whether the line may lie in the base or in the side. All lines of the side pass the apex; one parallel to them at a
+ * distance w from the nearest leaves the side by about w^2, so it is not along it if w is far above sqrt(u). */
+static bool is_along(const Ray *ray)
+{
+    Vec3 d = ray->d, apex = {0, 0, 0}, base = {0, -1, 0};
+    double steepest = vec3_max(vec3_abs(d));
+    if (fabs(d.y) <= ALONG * steepest) return fabs(line_component(ray, base, 1) + 1) <= 2 * ALONG;
+    d = vec3_scale(d, 1 / steepest);
+    if (fabs(d.x * d.x + d.z * d.z - d.y * d.y) > 4 * ALONG) return false;
+    for (int i = 0; i < 3; i++)
+        if (fabs(line_component(ray, apex, i)) > 4 * ALONG) return false;
+    return true;
+}
+
 static bool segments(const Prim *prim, const Ray *ray, SegList *list)
 {
+    list->along |= is_along(ray);
     return convex_segments(&SHAPE, prim, ray, list);
 }
 

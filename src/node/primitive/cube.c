@@ -87,8 +87,21 @@ static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scrat
     return convex_intersect(&SHAPE, prim, ray, hit, scratch);
 }
 
+/* Whether the line may lie in a face. */
+static bool is_along(const Ray *ray)
+{
+    double steepest = vec3_max(vec3_abs(ray->d));
+    for (int i = 0; i < 3; i++) {
+        if (fabs(vec3_get(ray->d, i)) > ALONG * steepest) continue;
+        Vec3 middle = vec3_make(0.5, 0.5, 0.5);
+        if (fabs(fabs(line_component(ray, middle, i) - 0.5) - 0.5) <= 2 * ALONG) return true;
+    }
+    return false;
+}
+
 static bool segments(const Prim *prim, const Ray *ray, SegList *list)
 {
+    list->along |= is_along(ray);
     return convex_segments(&SHAPE, prim, ray, list);
 }
 

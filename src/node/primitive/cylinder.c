@@ -121,8 +121,19 @@ static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scrat
     return convex_intersect(&SHAPE, prim, ray, hit, scratch);
 }
 
+/* Whether the line may lie in a cap or in the side. */
+static bool is_along(const Ray *ray)
+{
+    Vec3 d = vec3_abs(ray->d), middle = {0, 0, 0};
+    double steepest = vec3_max(d);
+    if (d.y <= ALONG * steepest) return fabs(fabs(line_component(ray, middle, 1)) - 1) <= 2 * ALONG;
+    if (fmax(d.x, d.z) > ALONG * steepest) return false;
+    return fabs(hypot(line_component(ray, middle, 0), line_component(ray, middle, 2)) - 1) <= 2 * ALONG;
+}
+
 static bool segments(const Prim *prim, const Ray *ray, SegList *list)
 {
+    list->along |= is_along(ray);
     return convex_segments(&SHAPE, prim, ray, list);
 }
 

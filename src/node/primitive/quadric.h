@@ -96,6 +96,14 @@ static inline double ray_component(double o, double d, double t, double lo)
 
 Vec3 ray_point(const Ray *ray, double t, double lo);
 
+/* A component of the line's point nearest to `middle`, but for its direction's part along that axis. */
+static inline double line_component(const Ray *ray, Vec3 middle, int axis)
+{
+    Vec3 d = vec3_scale(ray->d, vec3_pow2_scale(ray->d));
+    double t = vec3_dot(vec3_sub(middle, ray->o), d) / vec3_dot(d, d);
+    return vec3_get(ray->o, axis) + t * vec3_get(d, axis);
+}
+
 /* Lexicographic order of t + lo. */
 static inline bool crossing_before(const Crossing *a, const Crossing *b)
 {
