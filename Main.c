@@ -432,18 +432,21 @@ static World *compile(App *app, const RenderJob *job, CompileStats *stats, Err *
     return world;
 }
 
-/* A sample that gave no number is a defect of the program: its place is told, and how to draw it alone. */
+/* A sample that gave no number is a defect of the program, or the script has colours that float can hardly hold: its place is
+ * told, and how to draw it alone. */
 static void tell_not_finite(App *app, const RenderJob *job, const RenderSettings *settings, const RenderStats *stats)
 {
     if (stats->not_finite == 0) return;
     uint32_t x = stats->first_x, y = stats->first_y;
-    char text[1024];
+    char text[1024], seed[40] = "", depth[40] = "";
+    if (settings->seed != 0) snprintf(seed, sizeof seed, " --seed %" PRIu64, settings->seed);
+    if (settings->max_depth != DEFAULT_MAX_DEPTH) snprintf(depth, sizeof depth, " --max-depth %" PRIu32, settings->max_depth);
     snprintf(text, sizeof text,
              "%s%" PRIu64 " sample%s gave no finite colour, the first sample %" PRIu32 " of pixel %" PRIu32 ",%" PRIu32
-             "; --size %" PRIu32 "x%" PRIu32 " -s %" PRIu32 " --crop %" PRIu32 ",%" PRIu32 ",%" PRIu32 ",%" PRIu32
+             "; --size %" PRIu32 "x%" PRIu32 " -s %" PRIu32 "%s%s --crop %" PRIu32 ",%" PRIu32 ",%" PRIu32 ",%" PRIu32
              " draws it alone",
              job->where, stats->not_finite, stats->not_finite == 1 ? "" : "s", stats->first_sample, x, y, settings->width,
-             settings->height, settings->samples, x, y, x + 1, y + 1);
+             settings->height, settings->samples, seed, depth, x, y, x + 1, y + 1);
     print_warning(app, text);
 }
 
