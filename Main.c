@@ -432,15 +432,16 @@ static World *compile(App *app, const RenderJob *job, CompileStats *stats, Err *
     return world;
 }
 
-/* A sample that gave no number is a defect of the program, or the script has colours that float can hardly hold: its place is
- * told, and how to draw it alone. */
+/* A sample that gave no number is a defect of the program, or the script has colours that a float hardly holds: its place
+ * is told, and how to draw it alone. */
 static void tell_not_finite(App *app, const RenderJob *job, const RenderSettings *settings, const RenderStats *stats)
 {
     if (stats->not_finite == 0) return;
     uint32_t x = stats->first_x, y = stats->first_y;
     char text[1024], seed[40] = "", depth[40] = "";
     if (settings->seed != 0) snprintf(seed, sizeof seed, " --seed %" PRIu64, settings->seed);
-    if (settings->max_depth != DEFAULT_MAX_DEPTH) snprintf(depth, sizeof depth, " --max-depth %" PRIu32, settings->max_depth);
+    if (settings->max_depth != DEFAULT_MAX_DEPTH)
+        snprintf(depth, sizeof depth, " --max-depth %" PRIu32, settings->max_depth);
     snprintf(text, sizeof text,
              "%s%" PRIu64 " sample%s gave no finite colour, the first sample %" PRIu32 " of pixel %" PRIu32 ",%" PRIu32
              "; --size %" PRIu32 "x%" PRIu32 " -s %" PRIu32 "%s%s --crop %" PRIu32 ",%" PRIu32 ",%" PRIu32 ",%" PRIu32
