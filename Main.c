@@ -627,18 +627,22 @@ static World *compile(App *app, const RenderJob *job, CompileStats *stats, Err *
     return world;
 }
 
-/* A sample that gave no number is a defect of the program: its place is told, and how to draw it alone. */
-static void tell_not_finite(App *app, const RenderSettings *settings, const RenderStats *stats)
+/* A sample that gave no number is a defect of the program, or the script has colours that a float hardly holds: its place
+ * is told, and how to draw it alone. */
+static void tell_not_finite(App *app, const RenderJob *job, const RenderSettings *settings, const RenderStats *stats)
 {
     if (stats->not_finite == 0) return;
     uint32_t x = stats->first_x, y = stats->first_y;
-    char text[256];
+    char text[1024], seed[40] = "", depth[40] = "";
+    if (settings->seed != 0) snprintf(seed, sizeof seed, " --seed %" PRIu64, settings->seed);
+    if (settings->max_depth != DEFAULT_MAX_DEPTH)
+        snprintf(depth, sizeof depth, " --max-depth %" PRIu32, settings->max_depth);
     snprintf(text, sizeof text,
-             "%" PRIu64 " sample%s gave no finite colour, the first sample %" PRIu32 " of pixel %" PRIu32 ",%" PRIu32
-             "; --size %" PRIu32 "x%" PRIu32 " -s %" PRIu32 " --crop %" PRIu32 ",%" PRIu32 ",%" PRIu32 ",%" PRIu32
+             "%s%" PRIu64 " sample%s gave no finite colour, the first sample %" PRIu32 " of pixel %" PRIu32 ",%" PRIu32
+             "; --size %" PRIu32 "x%" PRIu32 " -s %" PRIu32 "%s%s --crop %" PRIu32 ",%" PRIu32 ",%" PRIu32 ",%" PRIu32
              " draws it alone",
-             stats->not_finite, stats->not_finite == 1 ? "" : "s", stats->first_sample, x, y, settings->width,
-             settings->height, settings->samples, x, y, x + 1, y + 1);
+             job->where, stats->not_finite, stats->not_finite == 1 ? "" : "s", stats->first_sample, x, y, settings->width,
+             settings->height, settings->samples, seed, depth, x, y, x + 1, y + 1);
     print_warning(app, text);
 }
 
@@ -651,7 +655,7 @@ static void *draw(App *app, const RenderJob *job, const RenderSettings *settings
     bool ok = film ? render(world, settings, film, &report->render, err) : err_memory(err, "the picture");
     erase_bar(app);
     world_destroy(world);
-    if (ok) tell_not_finite(app, settings, &report->render);
+    if (ok) tell_not_finite(app, job, settings, &report->render);
     if (ok) return film;
     free(film);
     blame_call(job, err);

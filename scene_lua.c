@@ -807,14 +807,6 @@ static int gr_mesh_add_bumps(lua_State *L)
     return 0;
 }
 
-static bool affine_is_finite(const Affine *a)
-{
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 4; j++)
-            if (!isfinite(a->m[i][j])) return false;
-    return true;
-}
-
 static int transform(lua_State *L, Node *self, const Affine *t)
 {
     Affine before = self->transform, inverse;

@@ -305,6 +305,10 @@ for i = 1, 2 do m:render('flat.png', 8, 8, {0,0,5}, {0,0,-1}, {0,1,0}, 50, {1,1,
 LUA
 expect "degenerate triangles: one warning" 0 "$TMP/flat.lua:1: warning: mesh 'm': 1 degenerate triangle left out" \
     --check "$TMP/flat.lua"
+sed "s/{{0,0,0}, {1,0,0}, {0,1,0}, {2,0,0}}, {{0,1,2}, {0,1,3}}/{{1e15,0,0}, {1e15+1,0,0}, {1e15,1,0}}, {{0,1,2}}/" \
+    "$TMP/flat.lua" >"$TMP/coarse.lua"
+expect "coordinates too coarse for the picture: one warning" 0 "$TMP/coarse.lua:1: warning: mesh 'm' is 1 across, but numbers \
+as great as its coordinates, 1e+15, are 0.12 apart: it is drawn that coarsely" --check "$TMP/coarse.lua"
 if command -v script >/dev/null; then
     script -qec "$RT $SCENE --size 600x600 -s 16 -o $TMP/a.png" /dev/null >"$TMP/tty" 2>&1 </dev/null
     is "a terminal gets a progress bar" "$(grep -c '\[#* *\] .* %' "$TMP/tty")" 1

@@ -106,22 +106,22 @@ static bool line_leaf(void *context, uint32_t block)
 }
 
 /* Notes whether the line may lie in one of a block's triangles. */
-static bool line_along_leaf(void *context, uint32_t block, uint32_t count)
+static bool line_along_leaf(void *context, uint32_t block)
 {
     LineWalk *w = context;
     const MeshPrim *mesh = w->walk.confirm.mesh;
     const MeshBlock *b = &mesh->block[block];
     const Ray *ray = w->walk.confirm.ray;
     double near = 2 * ALONG * ((double)mesh->reach + vec3_max(vec3_abs(ray->o))), length = vec3_length(ray->d);
-    for (uint32_t mask = filter_block(b, &w->walk.confirm.filter, INFINITY, true, count); mask; mask &= mask - 1) {
+    for (uint32_t mask = filter_block(b, &w->walk.confirm.filter, INFINITY, true); mask; mask &= mask - 1) {
         const uint32_t *k = mesh->triangle[b->triangle[__builtin_ctz(mask)]];
         const Vec3 *p = mesh->position;
-        Vec3 n = triangle_normal(&p[k[0]], &p[k[1]], &p[k[2]]);
+        Vec3 sizes, n = triangle_normal(&p[k[0]], &p[k[1]], &p[k[2]], &sizes);
         double size = vec3_length(n);
         w->along = w->along || (fabs(vec3_dot(n, ray->d)) <= ALONG * size * length &&
                                 fabs(vec3_dot(n, vec3_sub(ray->o, p[k[0]]))) <= near * size);
     }
-    return line_leaf(context, block, count);
+    return line_leaf(context, block);
 }
 
 static int by_t(const void *a, const void *b)

@@ -60,6 +60,14 @@ Affine affine_mul(const Affine *a, const Affine *b)
     return r;
 }
 
+bool affine_is_finite(const Affine *a)
+{
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 4; j++)
+            if (!isfinite(a->m[i][j])) return false;
+    return true;
+}
+
 Affine affine_ldexp(const Affine *a, int exponent)
 {
     Affine r;

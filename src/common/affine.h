@@ -20,6 +20,9 @@ Affine affine_rotate(int axis, double deg);
 
 Affine affine_mul(const Affine *a, const Affine *b);
 
+/* Whether all its numbers are finite: the product of two finite maps may overflow. */
+bool affine_is_finite(const Affine *a);
+
 /* The same map with its result multiplied by 2^exponent. */
 Affine affine_ldexp(const Affine *a, int exponent);
 

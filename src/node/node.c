@@ -22,6 +22,7 @@ struct Scene {
     const char *last_where, *last_name;  /* for reuse: a script makes many nodes on one line */
     uint32_t node_count, mesh_source_count;
     uint32_t last_mark;
+    bool told_coarse;
     SourceTable meshes, textures, grammars;
 };
 
@@ -273,3 +274,10 @@ GrammarSource *scene_grammar_file(Scene *scene, const char *path)
 
 uint32_t scene_mesh_count(const Scene *scene) { return scene->meshes.count; }
 uint32_t scene_texture_count(const Scene *scene) { return scene->textures.count; }
+
+bool scene_first_coarse(Scene *scene)
+{
+    bool first = !scene->told_coarse;
+    scene->told_coarse = true;
+    return first;
+}

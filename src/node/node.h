@@ -76,6 +76,9 @@ MeshSource *scene_mesh_made(Scene *scene, MeshKind kind);
 uint32_t scene_mesh_count(const Scene *scene);
 uint32_t scene_texture_count(const Scene *scene);
 
+/* True the first time: what is drawn coarsely for its coordinates is told of once in a script. */
+bool scene_first_coarse(Scene *scene);
+
 /* False with ERR_SCENE if the child is the parent or has the parent below it (children, CSG operands, trunk and leaf
  * count), ERR_LIMIT without memory. Whoever makes a node an operand, trunk or leaf must set its has_parent: it spares
  * the search below the child when the parent is below nothing. */

@@ -7,6 +7,15 @@
 #include "accel/accel.h"
 #include "common/numeric.h"
 
+/* The greatest factor that nearness to a light gives: it leaves colours and their sums 2^32 to the end of float. A pixel is
+ * white long before. */
+#define BRIGHTEST 0x1p96
+
+/* A light may lie on a surface, as far as roundings let it: its own coordinates have one, the surface's there have those of
+ * two affine maps (gamma_4 each) and of the primitive's t and point. Shadow rays end so many roundings of the coordinates
+ * before the light; what is nearer lies at it, and does not shade. Rays along that surface may still meet it earlier. */
+#define LIGHT_ROUNDINGS 32
+
 /* A sample on its way through the mirrors. */
 typedef struct {
     uint32_t slot;    /* index of its camera ray */
@@ -108,10 +117,12 @@ static bool light_point(const Light *light, const Point *point, Rgb *brings, Ray
     double r_v = vec3_dot(r, point->v);
     double fall = light->falloff[0] + light->falloff[1] * d + light->falloff[2] * (d * d);
     Rgb share = point->material->ops->reflect_light(point->material, point->kd, (float)n_l, (float)r_v);
-    *brings = glms_vec3_scale(glms_vec3_mul(share, light->colour), (float)(1 / fall));
+    double scale = 1 / fall;
+    if (fabs(scale) > BRIGHTEST) scale = copysign(BRIGHTEST, scale);
+    *brings = glms_vec3_scale(glms_vec3_mul(share, light->colour), (float)scale);
     Vec3 o = leaving_origin(point, l);
-    /* Strictly between: what lies at the light itself doesn't shade. */
-    *shadow = (Ray){o, vec3_sub(light->position, o), 0, 1 - UNIT_ROUNDOFF};
+    double at_light = GAMMA(LIGHT_ROUNDINGS) * (vec3_max(vec3_abs(light->position)) + vec3_max(vec3_abs(point->p)));
+    *shadow = (Ray){o, vec3_sub(light->position, o), 0, 1 - at_light / d};
     return brings->x != 0 || brings->y != 0 || brings->z != 0;
 }
 

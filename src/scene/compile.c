@@ -6,6 +6,7 @@
  *   4. build   inverses, shadings, BVHs. */
 #include "scene/compile.h"
 
+#include <float.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -21,6 +22,10 @@
 /* A mesh up to this size is baked: beyond it the copy costs more memory than the shorter way of a ray is worth. */
 enum { BAKE_TRIANGLES = 65536 };
 
+/* A light 2^this times the scene's extent away: to a double's roundings its rays are parallel, its distance is the same
+ * everywhere. Farther ones would overflow when squared. */
+enum { FAR_LIGHT = 64 };
+
 enum {
     TREE_NESTING = 16,    /* trees whose trunks or leaves hold trees */
     OBJECT_LEAF = 1,      /* objects in a leaf of the BVH */
@@ -34,6 +39,11 @@ enum {
 /* Meshes whose greatest coordinate is beyond 2^+-this are divided by a power of two: boxes and the first test of
  * triangles are in floats, whose products would overflow or vanish. */
 #define MESH_EXPONENT 32
+
+/* By how many spacings of the numbers at its coordinates an object's surface may seem to be off: the inverse's translation
+ * (7 roundings of products that add up to the coordinate), the ray's origin carried by it (4, of twice the coordinate) and
+ * the hit carried back (4, of twice): 23 roundings, each half a spacing or less; sqrt(3) for three axes makes 20. */
+#define PLACE_SPACINGS 20.0
 
 /* Testing an object in its place against testing eight boxes. */
 #define OBJECT_COST 4.0f
@@ -131,16 +141,23 @@ static bool index_set_add(IndexSet *set, uint32_t index, bool *first)
 
 static bool out_of_memory(Compile *c) { return err_memory(c->err, "the scene"); }
 
+/* What a node is, for messages. */
+static const char *noun(const Node *node)
+{
+    switch (node->kind) {
+    case NODE_GROUP: return "node";
+    case NODE_PRIM: return node->prim->ops->name;
+    case NODE_MESH: return node->mesh->kind == MESH_MOUNTAIN ? "mountain" : "mesh";
+    case NODE_CSG: return "CSG solid";
+    case NODE_TREE: return "tree";
+    }
+    return "node";
+}
+
 /* An error that a node is to blame for: its line goes in front. */
 static bool blame(Compile *c, const Node *node, ErrKind kind, const char *what)
 {
-    err_set(c->err, kind, "%s '%s' %s",
-            node->kind == NODE_PRIM ? node->prim->ops->name
-            : node->kind == NODE_MESH ? (node->mesh->kind == MESH_MOUNTAIN ? "mountain" : "mesh")
-            : node->kind == NODE_CSG ? "CSG solid"
-            : node->kind == NODE_TREE ? "tree"
-                                      : "node",
-            node->name, what);
+    err_set(c->err, kind, "%s '%s' %s", noun(node), node->name, what);
     return err_prefix(c->err, node->where);
 }
 
@@ -168,6 +185,29 @@ static void stop_load(Compile *c, Stopwatch w)
 
 /* ---- geometry ---- */
 
+/* Whether rounding moves the surface by more than a pixel of a picture that the object fills: then it may show. */
+static bool is_coarse(const RenderJob *job, double extent, double spacing)
+{
+    uint32_t pixels = job->width > job->height ? job->width : job->height;
+    return PLACE_SPACINGS * spacing * pixels > extent;
+}
+
+/* Tells, once in a script, of an object that is so small for its distance from the origin that it is drawn coarsely.
+ * The eye's distance is no matter: rays and objects meet where the objects are. */
+static void note_coarse(Compile *c, const Node *node, Box b)
+{
+    double reach = box_reach(b), extent = vec3_max(vec3_sub(b.hi, b.lo));
+    if (!(extent > 0)) return;
+    double spacing = ldexp(1, ilogb(reach) - (DBL_MANT_DIG - 1));
+    if (!is_coarse(c->job, extent, spacing) || !c->settings->warn || !scene_first_coarse(c->job->scene)) return;
+    char text[512];
+    snprintf(text, sizeof text,
+             "%s%s '%s' is %.3g across, but numbers as great as its coordinates, %.3g, are %.2g apart: "
+             "it is drawn that coarsely",
+             node->where, noun(node), node->name, extent, reach, spacing);
+    c->settings->warn(c->settings->warn_context, text);
+}
+
 /* Counts a mesh that this compile meets for the first time, and tells of what was left out of it. */
 static bool note_mesh(Compile *c, const Node *node)
 {
@@ -175,6 +215,7 @@ static bool note_mesh(Compile *c, const Node *node)
     bool first;
     if (!index_set_add(&c->meshes, node->mesh->index, &first)) return out_of_memory(c);
     if (!first) return true;
+    note_coarse(c, node, mesh_bounds(mesh));
     c->stats->triangles += mesh->triangle_count;
     c->stats->dropped_triangles += mesh->dropped;
     if (node->mesh->kind == MESH_FILE) c->stats->meshes_loaded++;
@@ -469,10 +510,12 @@ static bool add_object(Compile *c, const Node *node, const Affine *to_world)
     Geometry *g = geometry(c, node);
     if (!g) return false;
     if (!grow(&c->objects, sizeof *c->objects, c->object_count + 1, &c->object_capacity)) return out_of_memory(c);
+    Affine place = times_power(affine_mul(to_world, &node->base), g->exponent);
+    if (!affine_is_finite(&place)) return blame(c, node, ERR_SCENE, "reaches beyond the range of numbers");
     g->uses++;
     /* The shading's place holds the geometry's index until the shadings are made. */
     Object *o = &c->objects[c->object_count++];
-    o->to_world = times_power(affine_mul(to_world, &node->base), g->exponent);
+    o->to_world = place;
     o->prim = g->prim;
     o->shading = (uint32_t)(g - c->memory->geometry);
     o->in_world = false;
@@ -687,6 +730,7 @@ static bool scale_objects(Compile *c, World *world)
         Box b = g->bake ? affine_box(&o->to_world, mesh_bounds(g->mesh)) : prim_bounds_in(g->prim, &o->to_world);
         if (box_is_empty(b)) continue;
         if (!finite_box(b)) return blame(c, g->node, ERR_SCENE, "reaches beyond the range of numbers");
+        note_coarse(c, g->node, b);
         reach = fmax(reach, box_reach(b));
     }
     world->exponent = reach > 0 ? ilogb(reach) + 1 : 0;
@@ -715,18 +759,53 @@ static bool place_objects(Compile *c, BvhRef *ref)
     return true;
 }
 
+/* ab - cd to 1.5 units in the last place, however much of it cancels (Kahan; Jeannerod, Louvet, Muller 2013). */
+static double products_difference(double a, double b, double c, double d)
+{
+    double cd = c * d;
+    return fma(a, b, -cd) + fma(-c, d, cd);
+}
+
+/* The cross product of vectors of any length times a power of two, to a few roundings however near to parallel they are. */
+static Vec3 cross_of_any(Vec3 a, Vec3 b)
+{
+    a = vec3_scale(a, vec3_pow2_scale(a));
+    b = vec3_scale(b, vec3_pow2_scale(b));
+    return vec3_make(products_difference(a.y, b.z, a.z, b.y), products_difference(a.z, b.x, a.x, b.z),
+                     products_difference(a.x, b.y, a.y, b.x));
+}
+
 static void place_camera(const Compile *c, World *world)
 {
     const RenderJob *job = c->job;
     Vec3 forward = vec3_normalize(job->view);
-    Vec3 right = vec3_normalize(vec3_cross(forward, vec3_normalize(job->up)));
+    Vec3 right = vec3_normalize(cross_of_any(job->view, job->up));
     Vec3 up = vec3_cross(right, forward);
     double half = tan(job->fov_deg * (M_PI / 360));
     double aspect = (double)job->width / (double)job->height;
-    world->camera.eye = vec3_scale(job->eye, ldexp(1, -world->exponent));
+    world->camera.eye = vec3_ldexp(job->eye, -world->exponent);
     world->camera.forward = forward;
     world->camera.right = vec3_scale(right, half * aspect);
     world->camera.up = vec3_scale(up, half);
+}
+
+/* A light in world units. One beyond FAR_LIGHT is put there, with the falloff that it has at the scene. */
+static Light place_light(Light l, int exponent)
+{
+    double reach = vec3_max(vec3_abs(l.position));
+    if (reach == 0 || ilogb(reach) - exponent < FAR_LIGHT) {
+        l.position = vec3_ldexp(l.position, -exponent);
+        l.falloff[1] = ldexp(l.falloff[1], exponent);
+        l.falloff[2] = ldexp(l.falloff[2], 2 * exponent);
+        return l;
+    }
+    Vec3 toward = vec3_normalize(l.position);
+    double d = vec3_dot(l.position, toward);
+    if (l.falloff[1] != 0) l.falloff[0] += l.falloff[1] * d;
+    if (l.falloff[2] != 0) l.falloff[0] += l.falloff[2] * d * d;
+    l.falloff[1] = l.falloff[2] = 0;
+    l.position = vec3_scale(toward, ldexp(1, FAR_LIGHT));
+    return l;
 }
 
 static bool place_lights(Compile *c, World *world)
@@ -734,13 +813,7 @@ static bool place_lights(Compile *c, World *world)
     uint32_t n = c->job->light_count;
     c->memory->lights = malloc((n + (size_t)1) * sizeof *c->memory->lights);
     if (!c->memory->lights) return out_of_memory(c);
-    for (uint32_t i = 0; i < n; i++) {
-        Light l = c->job->lights[i];
-        l.position = vec3_ldexp(l.position, -world->exponent);
-        l.falloff[1] = ldexp(l.falloff[1], world->exponent);
-        l.falloff[2] = ldexp(l.falloff[2], 2 * world->exponent);
-        c->memory->lights[i] = l;
-    }
+    for (uint32_t i = 0; i < n; i++) c->memory->lights[i] = place_light(c->job->lights[i], world->exponent);
     world->lights = c->memory->lights;
     world->light_count = n;
     world->ambient = c->job->ambient;

@@ -1,5 +1,6 @@
 #include "stability/picture.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "render.h"
@@ -8,10 +9,17 @@
 #include "support/check.h"
 #include "support/test_file.h"
 
+static void note_warning(void *context, const char *text)
+{
+    Picture *picture = context;
+    picture->warnings++;
+    snprintf(picture->warning, sizeof picture->warning, "%s", text);
+}
+
 static bool draw(void *context, const RenderJob *job, Err *err)
 {
     Picture *picture = context;
-    CompileSettings compile = {0};
+    CompileSettings compile = {.warn = note_warning, .warn_context = picture};
     CompileStats compile_stats;
     World *world = world_compile(job, &compile, &compile_stats, err);
     if (!world) return false;
@@ -32,14 +40,12 @@ static bool draw(void *context, const RenderJob *job, Err *err)
     return ok;
 }
 
-static void pass_over(void *context, const char *text) { (void)context, (void)text; }
-
 Picture picture_run(const char *name, const char *script, const char *const *words)
 {
     Picture picture = {.rgb = NULL};
     SceneScript s = {.script = test_file(name, script), .args = words};
     while (words && words[s.arg_count]) s.arg_count++;
-    const RenderSink sink = {draw, pass_over, &picture};
+    const RenderSink sink = {draw, note_warning, &picture};
     if (!scene_lua_run(&s, &sink, &picture.err)) {
         CHECK(picture.err.kind != ERR_NONE);
         free(picture.rgb);

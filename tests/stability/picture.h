@@ -11,6 +11,8 @@ typedef struct {
     uint32_t width, height;
     uint8_t *rgb;   /* NULL: the script rendered nothing */
     Err err;        /* what ended the script, ERR_NONE if nothing did */
+    unsigned warnings;
+    char warning[256];  /* the last of them */
 } Picture;
 
 /* Runs the script with the words as its arg[1], arg[2], ..., ended by NULL, and keeps the last picture that it renders.

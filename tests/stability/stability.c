@@ -66,7 +66,8 @@ int main(int argc, char **argv)
     int first = 1;
     if (argc > 1 && strcmp(argv[1], "--full") == 0) length = FULL, first++;
     if (argc > 1 && strcmp(argv[1], "--long") == 0) length = LONG_RUN, first++;
-    const StabilityCase *const tables[] = {primitive_cases, mesh_cases, csg_cases, picture_cases};
+    const StabilityCase *const tables[] = {primitive_cases, mesh_cases, csg_cases, picture_cases, shade_cases, far_cases,
+                                           camera_cases, texture_cases, bump_cases, limit_cases};
     int passed = 0, failed = 0;
     printf(" #  %-44s %-11s %10s %8s %9s %8s %8s\n", "case", "oracle", "trials", "failures", "undecided", "t ulps",
            "n ulps");

@@ -27,6 +27,8 @@ typedef struct {
 } StabilityCase;
 
 /* The tables of cases_*.c, each ended by a row without a name. */
-extern const StabilityCase primitive_cases[], mesh_cases[], csg_cases[], picture_cases[];
+extern const StabilityCase primitive_cases[], mesh_cases[], csg_cases[], picture_cases[], shade_cases[],
+    far_cases[], camera_cases[], texture_cases[],
+    bump_cases[], limit_cases[];
 
 #endif
