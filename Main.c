@@ -50,6 +50,7 @@ typedef struct {
     uint32_t width, height, crop[4];
     uint32_t threads;              /* 0: by the machine and the picture */
     const char *cpu;               /* NULL: the widest instructions that the processor has */
+    bool fast_bvh;                 /* --bvh fast */
     bool legacy, srgb, check, quiet;
     bool help, version;            /* were asked for */
     RenderOptions options;
@@ -201,6 +202,12 @@ static bool set_cpu(CommandLine *line, const char *value, Err *err)
     return kernel_best(value) || bad_value("--cpu", value, "scalar, sse2, avx2 or avx512", err);
 }
 
+static bool set_bvh(CommandLine *line, const char *value, Err *err)
+{
+    line->fast_bvh = strcmp(value, "fast") == 0;
+    return line->fast_bvh || strcmp(value, "best") == 0 || bad_value("--bvh", value, "fast or best", err);
+}
+
 static bool set_include(CommandLine *line, const char *value, Err *err)
 {
     line->include[line->include_count++] = value;
@@ -294,6 +301,9 @@ static const OptionRow render_rows[] = {
     {0, "cpu", "SET", set_cpu, 0,
      "use no wider instructions than scalar, sse2, avx2\n"
      "or avx512; the picture is the same with each"},
+    {0, "bvh", "fast|best", set_bvh, 0,
+     "how to build for meshes: best (the default) cuts\n"
+     "triangles that are long beside their neighbours"},
     {'I', "include", "DIR", set_include, 0,
      "look for inputs there too, after the script's\n"
      "folder and the working directory; repeatable"},
@@ -609,24 +619,30 @@ static bool blame_call(const RenderJob *job, Err *err)
 
 static World *compile(App *app, const RenderJob *job, CompileStats *stats, Err *err)
 {
-    CompileSettings settings = {.srgb = app->line.srgb, .cpu = app->line.cpu, .warn = print_warning, .warn_context = app};
+    CompileSettings settings = {.srgb = app->line.srgb, .cpu = app->line.cpu, .warn = print_warning, .warn_context = app,
+                                .threads = app->line.threads ? app->line.threads : cpu_allowed(),
+                                .split = !app->line.fast_bvh};
     World *world = world_compile(job, &settings, stats, err);
     if (!world) blame_call(job, err);
     return world;
 }
 
-/* A sample that gave no number is a defect of the program: its place is told, and how to draw it alone. */
+/* A sample that gave no number is a defect of the program, or the script has colours that a float hardly holds: its place
+ * is told, and how to draw it alone. */
 static void tell_not_finite(App *app, const RenderJob *job, const RenderSettings *settings, const RenderStats *stats)
 {
     if (stats->not_finite == 0) return;
     uint32_t x = stats->first_x, y = stats->first_y;
-    char text[1024];
+    char text[1024], seed[40] = "", depth[40] = "";
+    if (settings->seed != 0) snprintf(seed, sizeof seed, " --seed %" PRIu64, settings->seed);
+    if (settings->max_depth != DEFAULT_MAX_DEPTH)
+        snprintf(depth, sizeof depth, " --max-depth %" PRIu32, settings->max_depth);
     snprintf(text, sizeof text,
              "%s%" PRIu64 " sample%s gave no finite colour, the first sample %" PRIu32 " of pixel %" PRIu32 ",%" PRIu32
-             "; --size %" PRIu32 "x%" PRIu32 " -s %" PRIu32 " --crop %" PRIu32 ",%" PRIu32 ",%" PRIu32 ",%" PRIu32
+             "; --size %" PRIu32 "x%" PRIu32 " -s %" PRIu32 "%s%s --crop %" PRIu32 ",%" PRIu32 ",%" PRIu32 ",%" PRIu32
              " draws it alone",
              job->where, stats->not_finite, stats->not_finite == 1 ? "" : "s", stats->first_sample, x, y, settings->width,
-             settings->height, settings->samples, x, y, x + 1, y + 1);
+             settings->height, settings->samples, seed, depth, x, y, x + 1, y + 1);
     print_warning(app, text);
 }
 

@@ -60,7 +60,7 @@ $(OUT)/libsupport.a: $(call object,$(SUPPORT))
 	@ar rcs $@ $^
 
 # Tests that make allocations fail have theirs wrapped, no others.
-wrap = $(if $(shell grep -l 'support/alloc_fail\.h"' $*.c),-Wl$(,)--wrap=malloc$(,)--wrap=calloc$(,)--wrap=realloc)
+wrap = $(if $(shell grep -l 'support/alloc_fail\.h"' $*.c),-Wl$(,)--wrap=malloc$(,)--wrap=calloc$(,)--wrap=realloc$(,)--wrap=aligned_alloc)
 , := ,
 $(TESTS) $(PRECISION): $(OUT)/%: $(OUT)/obj/%.o $(OUT)/libsupport.a $(OUT)/librt.a
 	@mkdir -p $(@D)

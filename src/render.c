@@ -1,11 +1,11 @@
 #include "render.h"
 
-#include <pthread.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "common/cpu.h"
+#include "common/parallel.h"
 #include "render/sample.h"
 #include "render/shade.h"
 
@@ -13,18 +13,19 @@
  * to spread over threads. */
 enum { TILE = 16 };
 
+typedef struct Worker Worker;
+
 typedef struct {
     const World *world;
     const RenderSettings *settings;
     void *film;
     uint32_t tiles_x, tiles_y;
-    atomic_uint next;        /* tile to be taken */
+    Worker **worker;         /* one for each thread */
     atomic_bool failed;      /* out of memory: no more tiles */
 } Job;
 
-typedef struct {
+struct Worker {
     Job *job;
-    pthread_t thread;
     Shader *shader;
     Scratch scratch;
     RenderStats stats;
@@ -38,7 +39,7 @@ typedef struct {
     uint32_t count;
     uint32_t x0, y0;         /* of the tile */
     double film[TILE * TILE][3];
-} Worker;
+};
 
 /* SPEC: (0.5, 0.3, 1 - y/h), y = 0 for the bottom row. */
 static Rgb background(const RenderSettings *s, uint32_t row)
@@ -144,18 +145,15 @@ static void render_tile(Worker *w, uint32_t tile)
     write_tile(w, x0, y0, x1, y1);
 }
 
-static void *work(void *context)
+static void tile_turn(void *context, uint32_t tile, uint32_t worker)
 {
-    Worker *w = context;
-    Job *job = w->job;
-    uint32_t tiles = job->tiles_x * job->tiles_y;
-    for (;;) {
-        uint32_t tile = atomic_fetch_add_explicit(&job->next, 1, memory_order_relaxed);
-        if (tile >= tiles || atomic_load_explicit(&job->failed, memory_order_relaxed)) return NULL;
-        render_tile(w, tile);
-        if (w->scratch.out_of_memory) atomic_store_explicit(&job->failed, true, memory_order_relaxed);
-        if (w->reports) job->settings->progress(job->settings->progress_context, (double)tile / tiles);
-    }
+    Job *job = context;
+    Worker *w = job->worker[worker];
+    if (atomic_load_explicit(&job->failed, memory_order_relaxed)) return;
+    render_tile(w, tile);
+    if (w->scratch.out_of_memory) atomic_store_explicit(&job->failed, true, memory_order_relaxed);
+    double share = (double)tile / (job->tiles_x * job->tiles_y);
+    if (w->reports) job->settings->progress(job->settings->progress_context, share);
 }
 
 static void worker_destroy(Worker *w)
@@ -198,26 +196,18 @@ bool render(const World *world, const RenderSettings *settings, void *film, Rend
     Worker **worker = calloc(wanted, sizeof *worker);
     if (!worker) return err_memory(err, "the render threads");
 
-    /* The calling thread is the first worker; if the system grants fewer threads than wanted, fewer it is. */
     uint32_t n = 0;
-    while (n < wanted && (worker[n] = worker_create(&job))) {
-        if (n > 0 && pthread_create(&worker[n]->thread, NULL, work, worker[n]) != 0) {
-            worker_destroy(worker[n]);
-            break;
-        }
-        n++;
-    }
+    while (n < wanted && (worker[n] = worker_create(&job))) n++;
+    job.worker = worker;
     if (n > 0) {
         worker[0]->reports = settings->progress != NULL;
-        work(worker[0]);
+        stats->threads = parallel_for(n, tiles, tile_turn, &job);
     }
     for (uint32_t i = 0; i < n; i++) {
-        if (i > 0) pthread_join(worker[i]->thread, NULL);
         add_stats(stats, &worker[i]->stats);
         worker_destroy(worker[i]);
     }
     free(worker);
-    stats->threads = n;
     stats->wall_s = cpu_wall_s() - wall;
     stats->cpu_s = cpu_time_s() - cpu;
     if (n == 0) return err_memory(err, "the render threads");

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Builds and runs all tests: tests/run.sh [PATTERN] runs those whose name matches. At most JOBS (2) at a time.
-#   tests/test_*.c   cmocka programs, as release and as ASan+UBSan builds
+#   tests/test_*.c   cmocka programs, as release and as ASan+UBSan builds, some as TSan builds
 #   tests/test_*.sh  scripts that print "ok NAME", "not ok NAME: why" or "skip NAME: why"; RT is the program
 # One line per program, its output if it failed; the last line is the sum: "N passed, N failed".
 cd "$(dirname "$0")/.." || exit 1
@@ -45,14 +45,17 @@ start() {
     job "$@" &
 }
 
+# Tests of what starts threads run as TSan builds too.
+threaded="render bvh mesh_split parallel"
+
 # Building is a job too: what can't be built counts as failed, and the others run all the same.
 build() { job "build-$1" sh -c 'make -k CC=gcc BUILD="$1" $2 && echo "ok built"' sh "$1" "$2"; }
 build release tests
 build asan tests
-build tsan "all $([ -e tests/test_render.c ] && echo build/tsan/tests/test_render)"
+build tsan "all $(printf 'build/tsan/tests/test_%s ' $threaded)"
 build debug all
 
-[ -e tests/test_render.c ] && start tsan/test_render setarch "$(uname -m)" -R build/tsan/tests/test_render
+for test in $threaded; do start "tsan/test_$test" setarch "$(uname -m)" -R "build/tsan/tests/test_$test"; done
 for test in tests/test_*.sh; do start "$(basename "$test" .sh)" "$test"; done
 start lint tests/lint.sh
 for kind in asan release; do

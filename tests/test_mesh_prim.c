@@ -46,7 +46,7 @@ static void one_way_in_one_way_out(void **state)
     for (int k = 0; k < 3; k++) {
         Vec3 centre = vec3_make(offsets[k], -offsets[k], 0.5 * offsets[k]);
         Mesh *m = mesh_sphere(60, 60, centre);
-        Prim *p = mesh_prim_create(m, true, NULL);
+        Prim *p = mesh_prim_create(m, true, NULL, NULL);
         Rng rng = rng_seed(21, (uint64_t)k);
         uint32_t wrong = 0;
         for (uint32_t i = 0; i < 60000; i++) {
@@ -102,7 +102,7 @@ static void grid_box_is_tight(void **state)
     }
     Err err;
     assert_true(mesh_is_closed(&m, &err));
-    Prim *p = mesh_prim_create(&m, true, NULL);
+    Prim *p = mesh_prim_create(&m, true, NULL, NULL);
     for (int axis = 0; axis < 3; axis++)
         for (int i = 0; i <= 2 * N; i++)
             for (int j = 0; j <= 2 * N; j++) {
@@ -140,13 +140,13 @@ static void equals_brute_force(void **state)
     }
     soup.position_count = 3 * N;
     soup.triangle_count = N;
-    Prim *all = mesh_prim_create(&soup, false, NULL), *single[N];
+    Prim *all = mesh_prim_create(&soup, false, NULL, NULL), *single[N];
     Mesh one[N];
     for (uint32_t i = 0; i < N; i++) {
         one[i] = soup;
         one[i].triangle = soup.triangle + i;
         one[i].triangle_count = 1;
-        single[i] = mesh_prim_create(&one[i], false, NULL);
+        single[i] = mesh_prim_create(&one[i], false, NULL, NULL);
     }
     for (int k = 0; k < 4000; k++) {
         Ray ray = {vec3_scale(random_vector(&rng), 2), random_vector(&rng), 0, INFINITY};
@@ -181,7 +181,7 @@ static void leaving_rays_are_free(void **state)
 {
     Scratch *scratch = *state;
     Mesh *m = mesh_sphere(40, 40, vec3_make(3, -7, 100));
-    Prim *p = mesh_prim_create(m, true, NULL);
+    Prim *p = mesh_prim_create(m, true, NULL, NULL);
     Rng rng = rng_seed(23, 0);
     uint32_t hits = 0, again = 0;
     for (int i = 0; i < 40000; i++) {
@@ -210,7 +210,7 @@ static void baked_equals_separate(void **state)
     Mesh *a = mesh_sphere(10, 12, vec3_make(0, 0, 0)), *b = mesh_sphere(6, 5, vec3_make(0, 0, 0));
     BakedMesh baked[2] = {{.mesh = a, .to_world = affine_translate(2, 0, 0)}, {.mesh = b, .to_world = affine_scale(1, 2, 1)}};
     for (int i = 0; i < 2; i++) assert_true(affine_inverse(&baked[i].to_world, &baked[i].to_object));
-    Prim *all = mesh_prim_bake(baked, 2, NULL);
+    Prim *all = mesh_prim_bake(baked, 2, NULL, NULL);
     Ray to_a = {{2, 0.1, 10}, {0, 0, -1}, 0, INFINITY}, to_b = {{0, 1.5, 10}, {0, 0, -1}, 0, INFINITY};
     Hit hit;
     assert_true(all->ops->intersect(all, &to_a, &hit, scratch));

@@ -118,12 +118,12 @@ root:add_child(s)
 root:add_child(t)
 for i = 1, 2 do
   gr.render(root, 'o.png', 40 * i, 30 * i, {0, 0, 5}, {0, 0, -1}, {0, 1, 0}, 40, {0.2, 0.2, 0.2}, {gr.light({3, 4, 5}, {100, 100, 100}, {1, 0, 0})},
-            {samples = 5, seed = 3})
+            {samples = 5, seed = 3, max_depth = 2})
 end
 LUA
 "$RT" -q "$TMP/bright.lua" -o "$TMP/bright.png" --stats "$TMP/bright.json" 2>"$TMP/err"
 is "no number: status" $? 0
-is "no number: a line for each picture" "$(grep -cE "^$TMP/bright.lua:9: warning: [0-9]+ samples gave no finite colour, the first sample [0-4] of pixel [0-9]+,[0-9]+; --size [0-9x]+ -s 5 --crop [0-9,]+ draws it alone$" "$TMP/err") $(wc -l <"$TMP/err")" "2 2"
+is "no number: a line for each picture" "$(grep -cE "^$TMP/bright.lua:9: warning: [0-9]+ samples gave no finite colour, the first sample [0-4] of pixel [0-9]+,[0-9]+; --size [0-9x]+ -s 5 --seed 3 --max-depth 2 --crop [0-9,]+ draws it alone$" "$TMP/err") $(wc -l <"$TMP/err")" "2 2"
 is "no number: the statistics count them" "$(grep -o '"samples_not_finite": [0-9]*' "$TMP/bright.json" | grep -o '[0-9]*' | tr '\n' ' ')" \
     "$(sed -E 's/.*warning: ([0-9]+) samples.*/\1/' "$TMP/err" | tr '\n' ' ')"
 # The options draw that pixel alone, and its first sample without a number is the same.

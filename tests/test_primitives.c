@@ -243,9 +243,6 @@ static double ulps_between(double t, Quad truth)
     return (double)(q_abs(truth - t) / ulp);
 }
 
-/* Margins below this can't be decided by the oracle itself, in units of length. */
-#define DECIDABLE 0x1p-90
-
 /* Largest ulps seen, for the record. */
 typedef struct { double ulps, bound_use; long hits; } Worst;
 
@@ -258,28 +255,23 @@ static bool law_truth(Case *c, Worst *worst)
         if (q_abs(truth.t[i]) > 0x1p1000 || q_abs(truth.t[i]) < 0x1p-1000) return true;
     SegList list = seg_list(&c->scratch);
     LAW(c->prim->ops->segments(c->prim, &c->ray, &list), "segments failed");
-    double far = fmax(1, vec3_max(vec3_abs(c->ray.o)));
-    Vec3 d = c->ray.d;
-    Quad length = q_sqrt((Quad)d.x * d.x + (Quad)d.y * d.y + (Quad)d.z * d.z);
-    if (truth.margin < DECIDABLE * far * far) return true;
-    if (2 * (int)list.count != truth.n) print_error("%u segments, truth %d crossings, margin %g\n", list.count, truth.n,
-                                                    (double)truth.margin);
+    if (!truth_decided(&truth)) return true;
+    if (2 * (int)list.count != truth.n) print_error("%u segments, truth %d crossings, sure %g\n", list.count, truth.n,
+                                                    (double)truth.sure);
     LAW(2 * (int)list.count == truth.n, "the number of crossings is wrong");
     for (int i = 0; i < truth.n; i++) {
         const Edge *edge = i % 2 ? &list.seg[i / 2].out : &list.seg[i / 2].in;
-        /* the oracle's own rounding: at most some 2^-110 of a unit of length, more as a grazing angle makes it */
-        double fuzz = (double)(0x1p-106 * far / q_sqrt(q_min(truth.margin, 1)) / length);
-        double off = fmax(0, (double)q_abs(truth.t[i] - edge->t) - fuzz);
+        double off = fmax(0, (double)(q_abs(truth.t[i] - edge->t) - truth.err[i]));
         if (!(off <= edge->t_err)) print_error("crossing %d: t %a off by %g, t_err %g\n", i, edge->t, off, edge->t_err);
         LAW(off <= edge->t_err, "t is further from the truth than t_err");
         double ulps = off > 0 ? ulps_between(edge->t, truth.t[i]) : 0;
         /* a torus is a quartic: next to the origin t has an absolute error, and t_err alone is promised */
-        if (c->row->minor > 0 && fabs(edge->t) * (double)length < 0x1p-24) ulps = 0;
+        if (c->row->minor > 0 && fabs(edge->t) * vec3_length(c->ray.d) < 0x1p-24) ulps = 0;
         if (ulps > worst->ulps) worst->ulps = ulps;
         if (off > 0 && off / edge->t_err > worst->bound_use) worst->bound_use = off / edge->t_err;
         worst->hits++;
         if (ulps > c->row->ulps)
-            print_error("crossing %d: t %a is %.1f ulps off, margin %g\n", i, edge->t, ulps, (double)truth.margin);
+            print_error("crossing %d: t %a is %.1f ulps off, sure %g\n", i, edge->t, ulps, (double)truth.sure);
         LAW(ulps <= c->row->ulps, "t is too many ulps off");
     }
     return true;

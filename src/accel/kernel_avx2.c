@@ -135,6 +135,16 @@ static inline uint32_t doubles_lt(Doubles a, Doubles b)
 static inline Doubles doubles_of_floats(const float *p) { return _mm256_cvtps_pd(_mm_loadu_ps(p)); }
 static inline void doubles_to_floats(float *to, Doubles a) { _mm_storeu_ps(to, _mm256_cvtpd_ps(a)); }
 
+typedef __m256d DoublesMask;
+
+static inline DoublesMask doubles_le(Doubles a, Doubles b) { return _mm256_cmp_pd(a, b, _CMP_LE_OQ); }
+static inline DoublesMask doubles_mask_and(DoublesMask a, DoublesMask b) { return _mm256_and_pd(a, b); }
+static inline DoublesMask doubles_mask_without(DoublesMask a, DoublesMask b) { return _mm256_andnot_pd(b, a); }
+static inline Doubles doubles_pick(DoublesMask m, Doubles a, Doubles b) { return _mm256_blendv_pd(b, a, m); }
+
+/* a b - p, exactly, p being the rounded product. */
+static inline Doubles doubles_rest(Doubles a, Doubles b, Doubles p) { return _mm256_fmsub_pd(a, b, p); }
+
 /* The power of two below or equal, of positive normal numbers; and 1 over it. */
 static inline Doubles doubles_power(Doubles a, Doubles *reciprocal)
 {

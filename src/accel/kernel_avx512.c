@@ -100,6 +100,16 @@ static inline uint32_t doubles_lt(Doubles a, Doubles b) { return _mm512_cmp_pd_m
 static inline Doubles doubles_of_floats(const float *p) { return _mm512_cvtps_pd(_mm256_loadu_ps(p)); }
 static inline void doubles_to_floats(float *to, Doubles a) { _mm256_storeu_ps(to, _mm512_cvtpd_ps(a)); }
 
+typedef __mmask8 DoublesMask;
+
+static inline DoublesMask doubles_le(Doubles a, Doubles b) { return _mm512_cmp_pd_mask(a, b, _CMP_LE_OQ); }
+static inline DoublesMask doubles_mask_and(DoublesMask a, DoublesMask b) { return (DoublesMask)(a & b); }
+static inline DoublesMask doubles_mask_without(DoublesMask a, DoublesMask b) { return (DoublesMask)(a & ~b); }
+static inline Doubles doubles_pick(DoublesMask m, Doubles a, Doubles b) { return _mm512_mask_blend_pd(m, b, a); }
+
+/* a b - p, exactly, p being the rounded product. */
+static inline Doubles doubles_rest(Doubles a, Doubles b, Doubles p) { return _mm512_fmsub_pd(a, b, p); }
+
 /* The power of two below or equal, of positive normal numbers; and 1 over it. */
 static inline Doubles doubles_power(Doubles a, Doubles *reciprocal)
 {

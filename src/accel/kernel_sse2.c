@@ -118,6 +118,24 @@ static inline uint32_t doubles_lt(Doubles a, Doubles b) { return (uint32_t)_mm_m
 static inline Doubles doubles_of_floats(const float *p) { return _mm_cvtps_pd(_mm_castsi128_ps(_mm_loadl_epi64((const __m128i *)p))); }
 static inline void doubles_to_floats(float *to, Doubles a) { _mm_storel_pi((__m64 *)to, _mm_cvtpd_ps(a)); }
 
+typedef __m128d DoublesMask;
+
+static inline DoublesMask doubles_le(Doubles a, Doubles b) { return _mm_cmple_pd(a, b); }
+static inline DoublesMask doubles_mask_and(DoublesMask a, DoublesMask b) { return _mm_and_pd(a, b); }
+static inline DoublesMask doubles_mask_without(DoublesMask a, DoublesMask b) { return _mm_andnot_pd(b, a); }
+static inline Doubles doubles_pick(DoublesMask m, Doubles a, Doubles b)
+{
+    return _mm_or_pd(_mm_and_pd(m, a), _mm_andnot_pd(m, b));
+}
+
+/* a b - p, exactly, p being the rounded product (Dekker 1971, as in dd.h). */
+static inline Doubles doubles_rest(Doubles a, Doubles b, Doubles p)
+{
+    Doubles ca = doubles_set(0x8000001p0) * a, ah = ca - (ca - a), al = a - ah;
+    Doubles cb = doubles_set(0x8000001p0) * b, bh = cb - (cb - b), bl = b - bh;
+    return ((ah * bh - p) + ah * bl + al * bh) + al * bl;
+}
+
 /* The power of two below or equal, of positive normal numbers; and 1 over it. */
 static inline Doubles doubles_power(Doubles a, Doubles *reciprocal)
 {

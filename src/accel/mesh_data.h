@@ -1,22 +1,15 @@
-/* What a mesh primitive is made of, and its triangle test, for those who walk it: mesh_prim.c with single rays and whole
- * lines, the kernels with packets.
+/* What a mesh primitive is made of, and how a ray asks its triangles, for those who walk it: mesh_prim.c with single rays
+ * and whole lines, the kernels with packets.
  *
- * The triangle test is that of Woop, Benthin, Wald, "Watertight ray/triangle intersection" (JCGT 2013), in double
- * precision: vertices are translated to the ray's origin and sheared so that the ray runs along an axis; three
- * 2D edge functions decide. Their signs are made exact (a product that cancels to zero is looked at again without
- * rounding), and a sign that is exactly zero is settled as if the ray were moved by an infinitesimal (e, e^2), as in
- * Edelsbrunner, Muecke, "Simulation of simplicity" (1990). A sheared vertex depends on the ray and the vertex only, so
- * a ray that meets a closed mesh at an edge or a vertex crosses exactly one of the triangles there on each way through:
- * no leaks, no double hits, and parity is exact, as CSG needs.
- *
- * Before it, four triangles at a time pass a filter in float, Moeller, Trumbore, "Fast, minimum storage ray/triangle
- * intersection" (1997), with margins for its rounding: it may let through what misses, never stop what hits. */
+ * Before the test of triangle.h, four triangles at a time pass a filter in float, Moeller, Trumbore, "Fast, minimum storage
+ * ray/triangle intersection" (1997), with margins for its rounding: it may let through what misses, never stop what
+ * hits. */
 #ifndef RT_ACCEL_MESH_DATA_H
 #define RT_ACCEL_MESH_DATA_H
 
 #include "accel/mesh_prim.h"
 #include "accel/traverse.h"
-#include "common/numeric.h"
+#include "accel/triangle.h"
 
 /* A leaf is one block. */
 enum { BLOCK = 4 };
@@ -61,78 +54,6 @@ typedef struct {
     uint32_t (*own_triangle)[3];
 } MeshPrim;
 
-/* The ray along +z: x' = x - shear_x z and so on, axes permuted so that z is the direction's greatest component. */
-typedef struct { int kx, ky, kz; double sx, sy, sz; Vec3 o; } Shear;
-
-static inline Shear shear_of(const Ray *ray)
-{
-    Vec3 d = ray->d, a = vec3_abs(d);
-    Shear s;
-    s.kz = a.x >= a.y ? (a.x >= a.z ? 0 : 2) : (a.y >= a.z ? 1 : 2);
-    s.kx = (s.kz + 1) % 3;
-    s.ky = (s.kz + 2) % 3;
-    double dz = vec3_get(d, s.kz);
-    s.sx = vec3_get(d, s.kx) / dz;
-    s.sy = vec3_get(d, s.ky) / dz;
-    s.sz = 1.0 / dz;
-    s.o = ray->o;
-    return s;
-}
-
-typedef struct { double x, y, z; } Sheared;
-
-static inline Sheared shear(const Shear *s, const Vec3 *vertex)
-{
-    const double *p = &vertex->x, *o = &s->o.x;
-    double z = p[s->kz] - o[s->kz];
-    return (Sheared){p[s->kx] - o[s->kx] - s->sx * z, p[s->ky] - o[s->ky] - s->sy * z, z};
-}
-
-/* The sign of p.x q.y - p.y q.x for an exact difference of products whose roundings are equal, then by the
- * infinitesimal shift (e, e^2) of the origin: -1, 0 (the edge is a point) or 1. Antisymmetric in p and q. */
-static inline int tie_sign(Sheared p, Sheared q)
-{
-    double a = p.x * q.y, b = p.y * q.x;
-    double ra = fma(p.x, q.y, -a), rb = fma(p.y, q.x, -b);
-    double d = ra - rb;
-    if (d == 0) d = p.y - q.y;
-    if (d == 0) d = q.x - p.x;
-    return (d > 0) - (d < 0);
-}
-
-/* Twice the signed area of the triangle (0, p, q); its sign, never wrong, in *sign. */
-static inline double edge_function(Sheared p, Sheared q, int *sign)
-{
-    double e = p.x * q.y - p.y * q.x;
-    *sign = e > 0 ? 1 : e < 0 ? -1 : tie_sign(p, q);
-    return e;
-}
-
-/* t and the weights of the second and third vertex. On an edge that is seen end on nothing is hit. */
-static inline bool hit_triangle(const Shear *s, const Vec3 *a, const Vec3 *b, const Vec3 *c, double *t, double *u,
-                                double *v, int *facing)
-{
-    Sheared A = shear(s, a), B = shear(s, b), C = shear(s, c);
-    int su, sv, sw;
-    double eu = edge_function(C, B, &su);
-    double ev = edge_function(A, C, &sv);
-    if (su != sv) return false;
-    double ew = edge_function(B, A, &sw);
-    if (su != sw || su == 0) return false;
-    double det = eu + ev + ew;
-    if (det == 0) {  /* the origin's shift decided all three: the triangle is seen edge on, or all but */
-        *u = *v = 1.0 / 3;
-        *t = (A.z + B.z + C.z) / 3 * s->sz;
-    } else {
-        double r = 1.0 / det;
-        *u = ev * r;
-        *v = ew * r;
-        *t = (eu * A.z + ev * B.z + ew * C.z) * r * s->sz;
-    }
-    *facing = su;
-    return true;
-}
-
 /* What the filter needs of a ray. The direction is the slabs' one, about 1 long, and so are the units of t. */
 typedef struct { float o[3], d[3], reach; } FilterRay;
 
@@ -144,32 +65,34 @@ typedef struct {
     bool sheared;            /* not before the first triangle that passes the filter */
     bool found;
     FilterRay filter;
-    double tmax;             /* the ray's, then the nearest hit's */
-    Hit hit;
+    TriangleSpan end;        /* where the ray ends: its tmax, then the nearest hit, which is known to be in it */
+    Hit hit;                 /* the nearest; its t isn't known before mesh_ray_settle */
 } MeshRay;
 
-static inline void mesh_ray_init(MeshRay *r, const MeshPrim *mesh, const Ray *ray, FilterRay filter)
+static inline void mesh_ray_init(MeshRay *r, const MeshPrim *mesh, const Ray *ray, FilterRay filter, double tmax)
 {
     r->mesh = mesh;
     r->ray = ray;
     r->sheared = false;
     r->found = false;
-    r->tmax = ray->tmax;
+    r->end = (TriangleSpan){tmax, tmax};
     r->filter = filter;
 }
 
 /* The triangles of the block that the ray may hit with 0 <= t <= tmax, in the slabs' units (`line`: with any t), as a
  * mask. Comparisons say what misses, so that a NaN from an overflow lets the triangle through. */
-static inline uint32_t filter_block(const MeshBlock *b, const FilterRay *r, float tmax, bool line)
+static inline __attribute__((always_inline)) uint32_t filter_block(const MeshBlock *b, const FilterRay *r, float tmax,
+                                                                   bool line)
 {
     const Float4 *v = (const Float4 *)b->v, *e1 = (const Float4 *)b->e1, *e2 = (const Float4 *)b->e2;
+    Float4 dx = float4_set(r->d[0]), dy = float4_set(r->d[1]), dz = float4_set(r->d[2]);
     Float4 tx = r->o[0] - v[0], ty = r->o[1] - v[1], tz = r->o[2] - v[2];
-    Float4 px = r->d[1] * e2[2] - r->d[2] * e2[1];
-    Float4 py = r->d[2] * e2[0] - r->d[0] * e2[2];
-    Float4 pz = r->d[0] * e2[1] - r->d[1] * e2[0];
-    Float4 det = e1[0] * px + e1[1] * py + e1[2] * pz;
+    Float4 px = float4_minor(dy, e2[2], dz, e2[1]);
+    Float4 py = float4_minor(dz, e2[0], dx, e2[2]);
+    Float4 pz = float4_minor(dx, e2[1], dy, e2[0]);
+    Float4 det = float4_dot(e1[0], e1[1], e1[2], px, py, pz);
     Int4 sign = (Int4)det & INT32_MIN;
-    Float4 size = float4_abs(det), u = float4_flip(tx * px + ty * py + tz * pz, sign);
+    Float4 size = float4_abs(det), u = float4_flip(float4_dot(tx, ty, tz, px, py, pz), sign);
     Float4 edge = float4_load(b->edge);
     Float4 margin = FILTER_MARGIN * r->reach * edge + FILTER_UNDERFLOW;
     Float4 area_margin = FILTER_MARGIN * edge * edge + FILTER_UNDERFLOW;
@@ -177,54 +100,97 @@ static inline uint32_t filter_block(const MeshBlock *b, const FilterRay *r, floa
     Int4 misses = ((u < -margin) | (u > size + margin)) & sided;
     uint32_t all = (1u << b->count) - 1;
     if ((int4_mask(misses) & all) == all) return 0;
-    Float4 qx = ty * e1[2] - tz * e1[1];
-    Float4 qy = tz * e1[0] - tx * e1[2];
-    Float4 qz = tx * e1[1] - ty * e1[0];
-    Float4 w = float4_flip(r->d[0] * qx + r->d[1] * qy + r->d[2] * qz, sign);
+    Float4 qx = float4_minor(ty, e1[2], tz, e1[1]);
+    Float4 qy = float4_minor(tz, e1[0], tx, e1[2]);
+    Float4 qz = float4_minor(tx, e1[1], ty, e1[0]);
+    Float4 w = float4_flip(float4_dot(dx, dy, dz, qx, qy, qz), sign);
     misses |= ((w < -margin) | (u + w > size + 2 * margin)) & sided;
     if (!line) {
-        Float4 t = float4_flip(e2[0] * qx + e2[1] * qy + e2[2] * qz, sign);
+        Float4 t = float4_flip(float4_dot(e2[0], e2[1], e2[2], qx, qy, qz), sign);
         Float4 t_margin = area_margin * (r->reach + tmax);
         misses |= ((t < -t_margin) | (t > size * tmax + t_margin)) & sided;
     }
     return ~int4_mask(misses) & all;
 }
 
-static inline bool test_triangle(MeshRay *r, uint32_t index, double *t, double *u, double *v, int *facing)
+/* How the ray's line crosses a triangle of the mesh, whose corners go to p; false if it passes it. */
+static inline __attribute__((always_inline)) bool cut_of_mesh(MeshRay *r, uint32_t index, const Vec3 *p[3],
+                                                              TriangleCut *cut)
 {
     if (!r->sheared) r->shear = shear_of(r->ray);
     r->sheared = true;
     const uint32_t *k = r->mesh->triangle[index];
-    const Vec3 *p = r->mesh->position;
-    return hit_triangle(&r->shear, &p[k[0]], &p[k[1]], &p[k[2]], t, u, v, facing);
+    for (int i = 0; i < 3; i++) p[i] = &r->mesh->position[k[i]];
+    return triangle_cut(&r->shear, p[0], p[1], p[2], cut);
 }
 
-/* Looks for a nearer hit among the triangles of a block; tmax is c->tmax, rounded up, in the slabs' units. */
-static inline bool nearer_in_block(MeshRay *r, uint32_t block, float tmax)
+/* Finds out the t of the nearest hit. Out of the way of what is done for every triangle. */
+static __attribute__((noinline, unused)) void mesh_ray_settle(MeshRay *r)
+{
+    if (!r->found) return;
+    if (r->end.lo < r->end.hi) {
+        const uint32_t *k = r->mesh->triangle[r->hit.part];
+        const Vec3 *p = r->mesh->position;
+        double err;
+        r->end.lo = r->end.hi = triangle_t(&r->shear, &p[k[0]], &p[k[1]], &p[k[2]], &err);
+    }
+    r->hit.t = r->end.lo;
+}
+
+/* Whether a crossing is after tmin; if so, *t is where. */
+static __attribute__((noinline, unused)) bool after_start(const MeshRay *r, const Vec3 *const p[3], const TriangleCut *cut,
+                                                          TriangleSpan span, double *t)
+{
+    double from = r->ray->tmin, err;
+    if (!(span.hi > from) || (from >= 0 && triangle_behind(&r->shear, p[0], p[1], p[2], cut))) return false;
+    *t = triangle_t(&r->shear, p[0], p[1], p[2], &err);
+    return *t > from;
+}
+
+/* Whether a crossing is surely on the ray and nearer than what was found. */
+static inline bool surely_nearer(const MeshRay *r, TriangleSpan span)
+{
+    return span.lo > r->ray->tmin && span.hi < r->end.lo;
+}
+
+/* Looks for a nearer hit among the triangles of a block; tmax is r->end.hi, rounded up, in the slabs' units. What the
+ * spans can't tell apart is settled by t, and if t is the same, by the lower index. */
+static inline __attribute__((always_inline)) bool nearer_in_block(MeshRay *r, uint32_t block, float tmax)
 {
     const MeshBlock *b = &r->mesh->block[block];
     bool nearer = false;
     for (uint32_t mask = filter_block(b, &r->filter, tmax, false); mask; mask &= mask - 1) {
         uint32_t index = b->triangle[__builtin_ctz(mask)];
-        double t, u, v;
-        int facing;
-        if (!test_triangle(r, index, &t, &u, &v, &facing) || !(t > r->ray->tmin && t <= r->tmax)) continue;
-        if (r->found && t == r->tmax && index > r->hit.part) continue;
-        r->hit = (Hit){.t = t, .u = u, .v = v, .part = index};
+        const Vec3 *p[3];
+        TriangleCut cut;
+        if (!cut_of_mesh(r, index, p, &cut)) continue;
+        TriangleSpan span = triangle_span(&r->shear, &cut);
+        if (span.lo > r->end.hi) continue;
+        if (!surely_nearer(r, span)) {
+            double t;
+            if (!after_start(r, p, &cut, span, &t)) continue;
+            mesh_ray_settle(r);
+            if (!(t <= r->end.hi) || (r->found && t == r->end.hi && index > r->hit.part)) continue;
+            span.lo = span.hi = t;
+        }
+        r->end = span;
+        r->hit = (Hit){.u = cut.u, .v = cut.v, .part = index};
         r->found = nearer = true;
-        r->tmax = t;
     }
     return nearer;
 }
 
-static inline bool any_in_block(MeshRay *r, uint32_t block, float tmax)
+static inline __attribute__((always_inline)) bool any_in_block(MeshRay *r, uint32_t block, float tmax)
 {
     const MeshBlock *b = &r->mesh->block[block];
     for (uint32_t mask = filter_block(b, &r->filter, tmax, false); mask; mask &= mask - 1) {
-        double t, u, v;
-        int facing;
-        if (test_triangle(r, b->triangle[__builtin_ctz(mask)], &t, &u, &v, &facing) && t > r->ray->tmin && t <= r->tmax)
-            return true;
+        const Vec3 *p[3];
+        TriangleCut cut;
+        if (!cut_of_mesh(r, b->triangle[__builtin_ctz(mask)], p, &cut)) continue;
+        TriangleSpan span = triangle_span(&r->shear, &cut);
+        if (span.lo > r->end.hi) continue;
+        double t;
+        if (surely_nearer(r, span) || (after_start(r, p, &cut, span, &t) && t <= r->end.hi)) return true;
     }
     return false;
 }

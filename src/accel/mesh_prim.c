@@ -3,6 +3,9 @@
 #include <stdlib.h>
 
 #include "accel/mesh_data.h"
+#include "accel/mesh_split.h"
+#include "common/memory.h"
+#include "common/parallel.h"
 
 typedef struct {
     SlabRay slab;
@@ -18,13 +21,13 @@ static void walk_init(Walk *w, const MeshPrim *mesh, const Ray *ray)
     FilterRay filter = {{(float)ray->o.x, (float)ray->o.y, (float)ray->o.z},
                         {(float)(ray->d.x * scale), (float)(ray->d.y * scale), (float)(ray->d.z * scale)},
                         slab_up((float)vec3_max(vec3_abs(ray->o))) + mesh->reach};
-    mesh_ray_init(&w->confirm, mesh, ray, filter);
+    mesh_ray_init(&w->confirm, mesh, ray, filter, ray->tmax);
 }
 
 static bool nearest_leaf(void *context, uint32_t block)
 {
     Walk *w = context;
-    if (nearer_in_block(&w->confirm, block, w->tmax_slab)) w->tmax_slab = slab_t_up(&w->slab, w->confirm.tmax);
+    if (nearer_in_block(&w->confirm, block, w->tmax_slab)) w->tmax_slab = slab_t_up(&w->slab, w->confirm.end.hi);
     return true;
 }
 
@@ -36,6 +39,7 @@ static bool mesh_intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *
     walk_init(&w, mesh, ray);
     slab_walk(&mesh->bvh, &w.slab, fmaxf(0, slab_t_down(&w.slab, ray->tmin)), &w.tmax_slab, nearest_leaf, &w);
     if (!w.confirm.found) return false;
+    mesh_ray_settle(&w.confirm);
     *hit = w.confirm.hit;
     hit->leaf = part_of(mesh, hit->part);
     return true;
@@ -67,26 +71,9 @@ typedef struct {
     Walk walk;
     Crossing *crossing;
     uint32_t count, capacity;
+    bool along;
     Scratch *scratch;
 } LineWalk;
-
-static Vec3 triangle_normal(const Vec3 *a, const Vec3 *b, const Vec3 *c)
-{
-    return vec3_cross(vec3_sub(*b, *a), vec3_sub(*c, *a));
-}
-
-/* Bound on the error of t: the vertices relative to the origin carry one rounding, their shear two more, and the weights
- * move the point within the plane; so the point is off the plane by a few roundings of the coordinates that took part,
- * and of the origin's distance, which the normal's share of the direction turns into an error of t. */
-static double t_bound(const Ray *ray, const Vec3 *a, const Vec3 *b, const Vec3 *c, Vec3 n)
-{
-    Vec3 o = ray->o;
-    Vec3 reach = vec3_add(vec3_add(vec3_abs(vec3_sub(*a, o)), vec3_abs(vec3_sub(*b, o))), vec3_abs(vec3_sub(*c, o)));
-    double r = vec3_max(reach);
-    double across = fabs(vec3_dot(n, ray->d));
-    double off = GAMMA(16) * r * (fabs(n.x) + fabs(n.y) + fabs(n.z));
-    return across > 0 ? off / across : INFINITY;
-}
 
 static bool line_leaf(void *context, uint32_t block)
 {
@@ -95,11 +82,10 @@ static bool line_leaf(void *context, uint32_t block)
     const MeshBlock *b = &mesh->block[block];
     for (uint32_t mask = filter_block(b, &w->walk.confirm.filter, INFINITY, true); mask; mask &= mask - 1) {
         uint32_t index = b->triangle[__builtin_ctz(mask)];
-        const uint32_t *k = mesh->triangle[index];
-        const Vec3 *p = mesh->position;
-        double t, u, v;
-        int facing;
-        if (!test_triangle(&w->walk.confirm, index, &t, &u, &v, &facing)) continue;
+        const Shear *shear = &w->walk.confirm.shear;
+        const Vec3 *p[3];
+        TriangleCut cut;
+        if (!cut_of_mesh(&w->walk.confirm, index, p, &cut)) continue;
         if (w->count == w->capacity) {
             uint32_t capacity = w->capacity ? 2 * w->capacity : 16;
             Crossing *c = arena_alloc(w->scratch->arena, capacity * sizeof *c);
@@ -111,12 +97,31 @@ static bool line_leaf(void *context, uint32_t block)
             w->crossing = c;
             w->capacity = capacity;
         }
-        Vec3 n = triangle_normal(&p[k[0]], &p[k[1]], &p[k[2]]);
-        double err = t_bound(w->walk.confirm.ray, &p[k[0]], &p[k[1]], &p[k[2]], n);
-        bool entering = (w->walk.confirm.shear.sz > 0) == (facing > 0);
-        w->crossing[w->count++] = (Crossing){{.t = t, .t_err = err, .n = n, .u = u, .v = v, .part = index}, entering};
+        Vec3 size;
+        Edge edge = {.n = triangle_normal(p[0], p[1], p[2], &size), .u = cut.u, .v = cut.v, .part = index};
+        edge.t = triangle_t(shear, p[0], p[1], p[2], &edge.t_err);
+        w->crossing[w->count++] = (Crossing){edge, triangle_entered(shear, &cut)};
     }
     return true;
+}
+
+/* Notes whether the line may lie in one of a block's triangles. */
+static bool line_along_leaf(void *context, uint32_t block)
+{
+    LineWalk *w = context;
+    const MeshPrim *mesh = w->walk.confirm.mesh;
+    const MeshBlock *b = &mesh->block[block];
+    const Ray *ray = w->walk.confirm.ray;
+    double near = 2 * ALONG * ((double)mesh->reach + vec3_max(vec3_abs(ray->o))), length = vec3_length(ray->d);
+    for (uint32_t mask = filter_block(b, &w->walk.confirm.filter, INFINITY, true); mask; mask &= mask - 1) {
+        const uint32_t *k = mesh->triangle[b->triangle[__builtin_ctz(mask)]];
+        const Vec3 *p = mesh->position;
+        Vec3 sizes, n = triangle_normal(&p[k[0]], &p[k[1]], &p[k[2]], &sizes);
+        double size = vec3_length(n);
+        w->along = w->along || (fabs(vec3_dot(n, ray->d)) <= ALONG * size * length &&
+                                fabs(vec3_dot(n, vec3_sub(ray->o, p[k[0]]))) <= near * size);
+    }
+    return line_leaf(context, block);
 }
 
 static int by_t(const void *a, const void *b)
@@ -125,6 +130,16 @@ static int by_t(const void *a, const void *b)
     if (p->edge.t != q->edge.t) return p->edge.t < q->edge.t ? -1 : 1;
     if (p->entering != q->entering) return p->entering ? -1 : 1;
     return (p->edge.part > q->edge.part) - (p->edge.part < q->edge.part);
+}
+
+/* The crossings in order, a triangle that stands in several leaves once. */
+static uint32_t sort_crossings(Crossing *c, uint32_t count)
+{
+    uint32_t kept = 0;
+    if (count) qsort(c, count, sizeof *c, by_t);
+    for (uint32_t i = 0; i < count; i++)
+        if (kept == 0 || by_t(&c[kept - 1], &c[i]) != 0) c[kept++] = c[i];
+    return kept;
 }
 
 /* Inside is where the winding number isn't zero, so parts that overlap are one solid and a mesh that is inside out is
@@ -151,9 +166,10 @@ static bool mesh_segments(const Prim *prim, const Ray *ray, SegList *list)
         w.walk.slab.o_far[a] += w.walk.slab.negative[a] ? slack : -slack;
     }
     w.walk.tmax_slab = INFINITY;
-    slab_walk(&mesh->bvh, &w.walk.slab, 0, &w.walk.tmax_slab, line_leaf, &w);
+    slab_walk(&mesh->bvh, &w.walk.slab, 0, &w.walk.tmax_slab, line_along_leaf, &w);
+    list->along |= w.along;
     if (list->scratch->out_of_memory) return false;
-    if (w.count) qsort(w.crossing, w.count, sizeof *w.crossing, by_t);
+    w.count = sort_crossings(w.crossing, w.count);
     int depth = 0;
     const Edge *in = NULL;
     for (uint32_t i = 0; i < w.count; i++) {
@@ -223,14 +239,17 @@ static void mesh_surface(const Prim *prim, const Ray *ray, const Hit *hit, Surfa
     const uint32_t *k = mesh->triangle[hit->part];
     const Vec3 *a = &mesh->position[k[0]], *b = &mesh->position[k[1]], *c = &mesh->position[k[2]];
     const double w[3] = {1 - hit->u - hit->v, hit->u, hit->v};
-    s->p = vec3_add(vec3_add(vec3_scale(*a, w[0]), vec3_scale(*b, w[1])), vec3_scale(*c, w[2]));
-    /* Weights, products and sums take 7 roundings (pbrt, 3rd ed., 3.9.4). A ray that leaves from here computes its t to
-     * this triangle from differences of the vertices with about as many again, of twice the size; both are covered, or
-     * it could meet the triangle at once. */
-    Vec3 size = vec3_most(vec3_abs(*a), vec3_most(vec3_abs(*b), vec3_abs(*c)));
-    double extent = vec3_max(size);
-    s->p_err = vec3_scale(vec3_add(size, vec3_make(extent, extent, extent)), GAMMA(16));
-    s->n = triangle_normal(a, b, c);
+    Vec3 e = vec3_sub(*b, *a), f = vec3_sub(*c, *a), to_b = vec3_scale(e, w[1]), to_c = vec3_scale(f, w[2]);
+    s->p = vec3_add(*a, vec3_add(to_b, to_c));
+    Vec3 sizes, n = s->n = triangle_normal(a, b, c, &sizes);
+    /* Whatever the weights, only the roundings lead off the triangle's plane: of the differences, products and their sum,
+     * three of at most the longer edge's size, and of the last sum, one; that of a leaving ray's origin is another. With
+     * 18 roundings of the sums that make n . (a - p), twice what triangle_behind allows for, it tells the side of the plane
+     * for such a ray in double; not at any price. */
+    double edge = larger(vec3_max(vec3_abs(e)), vec3_max(vec3_abs(f))), flat = fabs(n.x) + fabs(n.y) + fabs(n.z);
+    double sums = vec3_dot(sizes, vec3_add(vec3_abs(to_b), vec3_abs(to_c))) / flat;
+    double off = GAMMA(5) * edge + GAMMA(18) * smaller(sums, edge);
+    s->p_err = vec3_at(vec3_make(off, off, off), GAMMA(3), vec3_abs(s->p));
     const MeshPart *source = &mesh->source[hit->leaf];
     uint32_t triangle = hit->part - source->first;
     texture_uv(source->mesh, triangle, w, &s->u, &s->v);
@@ -258,6 +277,8 @@ static void mesh_prim_destroy(Prim *prim)
 static const PrimOps open_ops = {MESH_OPS};
 static const PrimOps closed_ops = {MESH_OPS, .closed = true, .segments = mesh_segments};
 
+/* ---- making one ---- */
+
 static void fill_block(const MeshPrim *mesh, MeshBlock *b, const uint32_t *item, uint32_t count)
 {
     *b = (MeshBlock){.count = count};
@@ -275,26 +296,80 @@ static void fill_block(const MeshPrim *mesh, MeshBlock *b, const uint32_t *item,
     }
 }
 
-/* One block for each leaf, which then refers to it in place of its items. */
-static bool make_blocks(MeshPrim *mesh)
+/* What is found in a chunk of triangles or of nodes, and what the chunks before it hold. */
+typedef struct { Box bounds; uint32_t first_block; } ChunkResult;
+
+typedef struct {
+    MeshPrim *mesh;
+    BvhRef *ref;
+    ChunkResult *chunk;
+} MeshBuild;
+
+/* A triangle that was cut may have come to a leaf with two of its boxes. Returns how many items are left. */
+static uint32_t drop_repeated(uint32_t *item, uint32_t count)
 {
-    Bvh *bvh = &mesh->bvh;
-    uint32_t leaves = 0;
-    for (uint32_t i = 0; i < bvh->node_count; i++)
-        for (int k = 0; k < bvh->node[i].used; k++) leaves += bvh->node[i].count[k] > 0;
-    mesh->block = aligned_alloc(64, (leaves + (size_t)1) * sizeof *mesh->block);
-    if (!mesh->block) return false;
+    uint32_t kept = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t k = 0;
+        while (k < kept && item[k] != item[i]) k++;
+        if (k == kept) item[kept++] = item[i];
+    }
+    return kept;
+}
+
+static uint32_t leaves_of(const BvhNode *node)
+{
     uint32_t n = 0;
-    for (uint32_t i = 0; i < bvh->node_count; i++)
-        for (int k = 0; k < bvh->node[i].used; k++) {
-            BvhNode *node = &bvh->node[i];
+    for (int k = 0; k < node->used; k++) n += node->count[k] > 0;
+    return n;
+}
+
+static void count_turn(void *context, uint32_t chunk, uint32_t worker)
+{
+    (void)worker;
+    MeshBuild *m = context;
+    const Bvh *bvh = &m->mesh->bvh;
+    uint32_t leaves = 0;
+    for (uint32_t i = chunk * PARALLEL_CHUNK; i < parallel_chunk_end(chunk, bvh->node_count); i++)
+        leaves += leaves_of(&bvh->node[i]);
+    m->chunk[chunk].first_block = leaves;
+}
+
+static void blocks_turn(void *context, uint32_t chunk, uint32_t worker)
+{
+    (void)worker;
+    MeshBuild *m = context;
+    Bvh *bvh = &m->mesh->bvh;
+    uint32_t n = m->chunk[chunk].first_block;
+    for (uint32_t i = chunk * PARALLEL_CHUNK; i < parallel_chunk_end(chunk, bvh->node_count); i++) {
+        BvhNode *node = &bvh->node[i];
+        for (int k = 0; k < node->used; k++) {
             if (!(node->child[k] & BVH_LEAF)) continue;
-            fill_block(mesh, &mesh->block[n], bvh->order + (node->child[k] & ~BVH_LEAF), node->count[k]);
+            uint32_t *item = bvh->order + (node->child[k] & ~BVH_LEAF);
+            node->count[k] = (uint8_t)drop_repeated(item, node->count[k]);
+            fill_block(m->mesh, &m->mesh->block[n], item, node->count[k]);
             node->child[k] = BVH_LEAF | n++;
         }
-    free(bvh->order);
-    bvh->order = NULL;
-    if (bvh->node_count) bvh_set_root(bvh);
+    }
+}
+
+/* One block for each leaf, which then refers to it in place of its items. */
+static bool make_blocks(MeshBuild *m, uint32_t threads)
+{
+    MeshPrim *mesh = m->mesh;
+    uint32_t chunks = parallel_chunks(mesh->bvh.node_count), leaves = 0;
+    parallel_for(threads, chunks, count_turn, m);
+    for (uint32_t i = 0; i < chunks; i++) {
+        uint32_t here = m->chunk[i].first_block;
+        m->chunk[i].first_block = leaves;
+        leaves += here;
+    }
+    mesh->block = memory_array(leaves + (size_t)1, sizeof *mesh->block);
+    if (!mesh->block) return false;
+    parallel_for(threads, chunks, blocks_turn, m);
+    free(mesh->bvh.order);
+    mesh->bvh.order = NULL;
+    if (mesh->bvh.node_count) bvh_set_root(&mesh->bvh);
     return true;
 }
 
@@ -303,24 +378,59 @@ const MeshPrim *mesh_prim_data(const Prim *prim)
     return prim->ops == &open_ops || prim->ops == &closed_ops ? (const MeshPrim *)prim : NULL;
 }
 
-static bool build(MeshPrim *mesh, Err *err)
+static void refs_turn(void *context, uint32_t chunk, uint32_t worker)
 {
-    BoxF *box = malloc((mesh->triangle_count + (size_t)1) * sizeof *box);
-    if (!box) return err_memory(err, "a mesh");
-    mesh->bounds = box_empty();
-    for (uint32_t i = 0; i < mesh->triangle_count; i++) {
+    (void)worker;
+    MeshBuild *m = context;
+    const MeshPrim *mesh = m->mesh;
+    Box bounds = box_empty();
+    for (uint32_t i = chunk * PARALLEL_CHUNK; i < parallel_chunk_end(chunk, mesh->triangle_count); i++) {
         Box b = box_empty();
         for (int j = 0; j < 3; j++) b = box_add_point(b, mesh->position[mesh->triangle[i][j]]);
-        box[i] = boxf_from_box(b);
-        mesh->bounds = box_union(mesh->bounds, b);
+        m->ref[i] = bvh_ref(boxf_from_box(b), i);
+        bounds = box_union(bounds, b);
     }
-    mesh->reach = slab_up((float)box_reach(mesh->bounds));
-    bool ok = bvh_build(&mesh->bvh, box, mesh->triangle_count, BLOCK, TRIANGLE_COST, err);
-    free(box);
-    return ok && (make_blocks(mesh) || err_memory(err, "a mesh"));
+    m->chunk[chunk].bounds = bounds;
 }
 
-Prim *mesh_prim_create(const Mesh *mesh, bool closed, Err *err)
+/* The triangles' boxes, and the mesh's own. */
+static bool make_refs(MeshBuild *m, const MeshSettings *settings, uint32_t *count)
+{
+    MeshPrim *mesh = m->mesh;
+    uint32_t chunks = parallel_chunks(mesh->triangle_count);
+    *count = mesh->triangle_count;
+    m->ref = memory_array(*count + (size_t)1, sizeof *m->ref);
+    if (!m->ref) return false;
+    parallel_for(settings->threads, chunks, refs_turn, m);
+    mesh->bounds = box_empty();
+    for (uint32_t i = 0; i < chunks; i++) mesh->bounds = box_union(mesh->bounds, m->chunk[i].bounds);
+    mesh->reach = slab_up((float)box_reach(mesh->bounds));
+    if (!settings->split) return true;
+    SplitMesh split = {mesh->position, mesh->triangle, mesh->triangle_count, mesh->bounds};
+    return mesh_split(&split, settings->threads, &m->ref, count);
+}
+
+static bool build(MeshPrim *mesh, const MeshSettings *settings, Err *err)
+{
+    static const MeshSettings plain = {.threads = 1};
+    if (!settings) settings = &plain;
+    MeshBuild m = {.mesh = mesh};
+    uint32_t count;
+    /* a node holds at least a triangle, so there are no more chunks of nodes than of references */
+    m.chunk = malloc((parallel_chunks(mesh->triangle_count) * (size_t)2 + 1) * sizeof *m.chunk);
+    bool ok = (m.chunk && make_refs(&m, settings, &count)) || err_memory(err, "a mesh");
+    if (ok) {
+        BvhSettings bvh = {.max_leaf = BLOCK, .block = BLOCK, .block_cost = BLOCK * TRIANGLE_COST,
+                           .threads = settings->threads};
+        ok = bvh_build(&mesh->bvh, m.ref, count, &bvh, err);
+    }
+    free(m.ref);
+    ok = ok && (make_blocks(&m, settings->threads) || err_memory(err, "a mesh"));
+    free(m.chunk);
+    return ok;
+}
+
+Prim *mesh_prim_create(const Mesh *mesh, bool closed, const MeshSettings *settings, Err *err)
 {
     MeshPrim *p = calloc(1, sizeof *p);
     MeshPart *source = calloc(1, sizeof *source);
@@ -337,14 +447,14 @@ Prim *mesh_prim_create(const Mesh *mesh, bool closed, Err *err)
     *source = (MeshPart){mesh, 0, affine_identity()};
     p->source = source;
     p->source_count = 1;
-    if (!build(p, err)) {
+    if (!build(p, settings, err)) {
         mesh_prim_destroy(&p->prim);
         return NULL;
     }
     return &p->prim;
 }
 
-Prim *mesh_prim_bake(const BakedMesh *baked, uint32_t count, Err *err)
+Prim *mesh_prim_bake(const BakedMesh *baked, uint32_t count, const MeshSettings *settings, Err *err)
 {
     size_t positions = 0, triangles = 0;
     for (uint32_t i = 0; i < count; i++) {
@@ -374,7 +484,7 @@ Prim *mesh_prim_bake(const BakedMesh *baked, uint32_t count, Err *err)
         p->triangle_count += mesh->triangle_count;
         position_count += mesh->position_count;
     }
-    if (!build(p, err)) {
+    if (!build(p, settings, err)) {
         mesh_prim_destroy(&p->prim);
         return NULL;
     }

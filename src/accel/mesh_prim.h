@@ -7,9 +7,14 @@
 #include "node/primitive/mesh.h"
 #include "node/primitive/prim.h"
 
+typedef struct {
+    uint32_t threads;   /* 0 counts as 1 */
+    bool split;         /* boxes of long triangles are cut (mesh_split.h): slower to build, faster to trace */
+} MeshSettings;
+
 /* A mesh in its own space; borrows the mesh. `closed`: the caller has seen mesh_is_closed, so it may be a CSG operand.
- * NULL and *err (ERR_LIMIT) without memory. */
-Prim *mesh_prim_create(const Mesh *mesh, bool closed, Err *err);
+ * `settings` NULL: one thread, no cuts. NULL and *err (ERR_LIMIT) without memory. */
+Prim *mesh_prim_create(const Mesh *mesh, bool closed, const MeshSettings *settings, Err *err);
 
 /* Several meshes, each with its matrix, baked into one set in the space that the matrices lead to. Hit.leaf is the
  * index of the mesh among them. Borrows the meshes' normals and texture coordinates. */
@@ -18,6 +23,6 @@ typedef struct {
     Affine to_world, to_object;
 } BakedMesh;
 
-Prim *mesh_prim_bake(const BakedMesh *baked, uint32_t count, Err *err);
+Prim *mesh_prim_bake(const BakedMesh *baked, uint32_t count, const MeshSettings *settings, Err *err);
 
 #endif

@@ -84,7 +84,7 @@ typedef struct {
     uint64_t exact;                      /* the nearest hit so far is known in double: hit[] */
     _Alignas(64) uint32_t object[GROUP]; /* of the nearest hit so far */
     uint32_t triangle[GROUP];
-    Hit hit[GROUP];
+    Hit *hit;                            /* the caller's, of the nearest hits that are known in double */
     _Alignas(64) double o[3][GROUP], d[3][GROUP], per_scale[GROUP];  /* d about 1 long */
     float world_reach;
     Space space;
@@ -148,6 +148,8 @@ static inline __attribute__((always_inline)) bool walk_load(Walk *w, const Ray *
     double most = 0;
     for (int k = 0; k < DOUBLES; k++) most = far[k] > most ? far[k] : most;
     *reach = slab_up((float)most);
+    /* the next group's rays are on their way meanwhile */
+    for (uint32_t i = 0; i < GROUP; i++) __builtin_prefetch(&ray[n + i]);
     return *reach < REACH_GREATEST;
 }
 
@@ -292,16 +294,21 @@ static void leave_space(Walk *w, const Space *s, uint32_t index, uint64_t rays)
 
 /* ---- hits in double ---- */
 
+/* Whether ray i hits a triangle; t, u, v and part of *hit are filled. */
 static bool hit_exactly(const Walk *w, uint32_t i, uint32_t object, const MeshPrim *mesh, uint32_t triangle, Hit *hit)
 {
     Ray local = ray_to_object(&w->world->objects[object], &w->ray[i]);
     Shear shear = shear_of(&local);
     const uint32_t *k = mesh->triangle[triangle];
-    const Vec3 *p = mesh->position;
-    int facing;
-    *hit = (Hit){.part = triangle, .object = object};
-    return hit_triangle(&shear, &p[k[0]], &p[k[1]], &p[k[2]], &hit->t, &hit->u, &hit->v, &facing) &&
-           hit->t > local.tmin && hit->t <= local.tmax;
+    const Vec3 *a = &mesh->position[k[0]], *b = &mesh->position[k[1]], *c = &mesh->position[k[2]];
+    TriangleCut cut;
+    if (!triangle_cut(&shear, a, b, c, &cut)) return false;
+    TriangleSpan span = triangle_span(&shear, &cut);
+    if (!(span.hi > local.tmin) || !(span.lo <= local.tmax)) return false;
+    if (local.tmin >= 0 && !(span.lo > local.tmin) && triangle_behind(&shear, a, b, c, &cut)) return false;
+    double err, t = triangle_t(&shear, a, b, c, &err);
+    *hit = (Hit){t, cut.u, cut.v, triangle, part_of(mesh, triangle), object};
+    return t > local.tmin && t <= local.tmax;
 }
 
 static const MeshPrim *mesh_of(const Walk *w, uint32_t object) { return mesh_prim_data(w->world->objects[object].prim); }
@@ -916,18 +923,161 @@ static inline __attribute__((always_inline)) void trace(Walk *w, bool any)
     }
 }
 
-static void take_hits(Walk *w, Hit *hits)
+/* ---- several hits in double at once ---- */
+
+/* Vectors of several rays in twice the precision: dd.h and triangle.h, operation by operation. */
+typedef struct { Doubles x, y, z; } Vecs;
+typedef struct { Doubles hi, lo; } Dds;
+typedef struct { Dds x, y, z; } DdVecs;
+
+static inline __attribute__((always_inline)) Dds dds_sum(Doubles a, Doubles b)
 {
-    for (uint32_t i = 0; i < w->count; i++) {
-        if (w->object[i] == HIT_NONE) {
-            hits[i] = (Hit){.t = w->ray[i].tmax, .object = HIT_NONE};
-            continue;
-        }
-        settle(w, i);
-        const MeshPrim *mesh = mesh_of(w, w->object[i]);
-        if (mesh) w->hit[i].leaf = part_of(mesh, w->hit[i].part);
-        hits[i] = w->hit[i];
+    Doubles s = a + b, bb = s - a;
+    return (Dds){s, (a - (s - bb)) + (b - bb)};
+}
+
+static inline __attribute__((always_inline)) Dds dds_prod(Doubles a, Doubles b)
+{
+    Doubles p = a * b;
+    return (Dds){p, doubles_rest(a, b, p)};
+}
+
+static inline __attribute__((always_inline)) DdVecs ddvecs_between(const Vecs *a, const Vecs *b)
+{
+    return (DdVecs){dds_sum(b->x, -a->x), dds_sum(b->y, -a->y), dds_sum(b->z, -a->z)};
+}
+
+/* a b - c d. */
+static inline __attribute__((always_inline)) Dds dds_minor(Dds a, Dds b, Dds c, Dds d)
+{
+    Dds p = dds_prod(a.hi, b.hi), q = dds_prod(c.hi, d.hi), high = dds_sum(p.hi, -q.hi);
+    return (Dds){high.hi, high.lo + ((p.lo - q.lo) + ((a.hi * b.lo + a.lo * b.hi) - (c.hi * d.lo + c.lo * d.hi)))};
+}
+
+static inline __attribute__((always_inline)) Dds ddvecs_dot(const DdVecs *n, const DdVecs *v)
+{
+    Dds x = dds_prod(n->x.hi, v->x.hi), y = dds_prod(n->y.hi, v->y.hi), z = dds_prod(n->z.hi, v->z.hi);
+    Doubles low_x = x.lo + (n->x.hi * v->x.lo + n->x.lo * v->x.hi), low_y = y.lo + (n->y.hi * v->y.lo + n->y.lo * v->y.hi);
+    Doubles low_z = z.lo + (n->z.hi * v->z.lo + n->z.lo * v->z.hi);
+    Dds xy = dds_sum(x.hi, y.hi), xyz = dds_sum(xy.hi, z.hi);
+    return dds_sum(xyz.hi, (xy.lo + xyz.lo) + ((low_x + low_y) + low_z));
+}
+
+/* The component along the greatest of d's, or one of those after it. */
+typedef struct { DoublesMask x, y; } Axes;
+
+static inline __attribute__((always_inline)) Doubles along(Axes k, Doubles x, Doubles y, Doubles z)
+{
+    return doubles_pick(k.x, x, doubles_pick(k.y, y, z));
+}
+
+typedef struct {
+    _Alignas(64) double o[3][DOUBLES], d[3][DOUBLES], scale[DOUBLES], corner[3][3][DOUBLES];  /* d times scale, as in Shear */
+    double t[DOUBLES], u[DOUBLES], v[DOUBLES];
+} Confirm;
+
+/* t, u and v of triangle_t and triangle_cut. Only for hits that the margins in float vouch for: these are far above all
+ * that triangle_cut or triangle_t could doubt in double. */
+static __attribute__((noinline)) void confirm_lanes(Confirm *q)
+{
+    Vecs o = {*(Doubles *)q->o[0], *(Doubles *)q->o[1], *(Doubles *)q->o[2]};
+    Vecs d = {*(Doubles *)q->d[0], *(Doubles *)q->d[1], *(Doubles *)q->d[2]}, corner[3];
+    for (int i = 0; i < 3; i++)
+        corner[i] = (Vecs){*(Doubles *)q->corner[i][0], *(Doubles *)q->corner[i][1], *(Doubles *)q->corner[i][2]};
+    Doubles ax = doubles_abs(d.x), ay = doubles_abs(d.y), az = doubles_abs(d.z);
+    DoublesMask x_y = doubles_le(ay, ax);
+    Axes k = {doubles_mask_and(x_y, doubles_le(az, ax)), doubles_mask_without(doubles_le(az, ay), x_y)};
+    Doubles dx = along(k, d.y, d.z, d.x), dy = along(k, d.z, d.x, d.y), dz = along(k, d.x, d.y, d.z);
+    Doubles sx = dx / dz, sy = dy / dz;
+    Vecs sheared[3];
+    for (int i = 0; i < 3; i++) {
+        Doubles x = corner[i].x - o.x, y = corner[i].y - o.y, z = corner[i].z - o.z, far = along(k, x, y, z);
+        sheared[i] = (Vecs){along(k, y, z, x) - sx * far, along(k, z, x, y) - sy * far, far};
     }
+    Vecs a = sheared[0], b = sheared[1], c = sheared[2];
+    Doubles ea = c.x * b.y - c.y * b.x, eb = a.x * c.y - a.y * c.x, ec = b.x * a.y - b.y * a.x;
+    Doubles r = doubles_set(1) / (ea + eb + ec);
+    *(Doubles *)q->u = eb * r;
+    *(Doubles *)q->v = ec * r;
+
+    DdVecs to = ddvecs_between(&o, &corner[0]), e = ddvecs_between(&corner[0], &corner[1]);
+    DdVecs f = ddvecs_between(&corner[0], &corner[2]);
+    DdVecs n = {dds_minor(e.y, f.z, e.z, f.y), dds_minor(e.z, f.x, e.x, f.z), dds_minor(e.x, f.y, e.y, f.x)};
+    Doubles zero = doubles_set(0);
+    DdVecs way = {{d.x, zero}, {d.y, zero}, {d.z, zero}};
+    Dds top = ddvecs_dot(&n, &to), slope = ddvecs_dot(&n, &way);
+    Doubles per_slope = doubles_set(1) / slope.hi, t0 = top.hi * per_slope;
+    Dds back = dds_prod(t0, slope.hi);
+    Doubles t = t0 + (((top.hi - back.hi) - back.lo) + (top.lo - t0 * slope.lo)) * per_slope;
+    *(Doubles *)q->t = t * *(Doubles *)q->scale;
+}
+
+static void put3(double (*to)[DOUBLES], uint32_t j, const Vec3 *v)
+{
+    to[0][j] = v->x;
+    to[1][j] = v->y;
+    to[2][j] = v->z;
+}
+
+/* Ray i in the space of its nearest hit's object. */
+static inline void put_ray(Confirm *q, uint32_t j, const Walk *w, uint32_t i)
+{
+    const Object *object = &w->world->objects[w->object[i]];
+    if (object->in_world) {
+        for (int a = 0; a < 3; a++) {
+            q->o[a][j] = w->o[a][i];
+            q->d[a][j] = w->d[a][i];
+        }
+        q->scale[j] = 1 / w->per_scale[i];
+        return;
+    }
+    Ray local = ray_to_object(object, &w->ray[i]);
+    q->scale[j] = vec3_pow2_scale(local.d);
+    put3(q->o, j, &local.o);
+    Vec3 d = vec3_scale(local.d, q->scale[j]);
+    put3(q->d, j, &d);
+}
+
+/* Computes all the nearest hits in double; the triangles' corners are fetched ahead, first their numbers. */
+static void settle_all(Walk *w)
+{
+    const uint32_t *corner[GROUP];
+    const MeshPrim *of[GROUP], *mesh = NULL;
+    uint32_t lane[GROUP], n = 0, object = HIT_NONE;
+    for (uint32_t i = 0; i < w->count; i++) {
+        if (w->object[i] == HIT_NONE || (w->exact >> i & 1)) continue;
+        if (w->object[i] != object) {
+            object = w->object[i];
+            mesh = mesh_of(w, object);
+        }
+        of[n] = mesh;
+        corner[n] = mesh->triangle[w->triangle[i]];
+        __builtin_prefetch(corner[n]);
+        lane[n++] = i;
+    }
+    for (uint32_t k = 0; k < n; k++)
+        for (int j = 0; j < 3; j++) __builtin_prefetch(&of[k]->position[corner[k][j]]);
+    Confirm q;
+    for (uint32_t k = 0; k < n; k += DOUBLES) {
+        uint32_t lanes = n - k < DOUBLES ? n - k : DOUBLES;
+        for (uint32_t j = 0; j < DOUBLES; j++) {
+            uint32_t at = k + (j < lanes ? j : 0);
+            put_ray(&q, j, w, lane[at]);
+            for (int c = 0; c < 3; c++) put3(q.corner[c], j, &of[at]->position[corner[at][c]]);
+        }
+        confirm_lanes(&q);
+        for (uint32_t j = 0; j < lanes; j++) {
+            uint32_t i = lane[k + j];
+            w->hit[i] = (Hit){q.t[j], q.u[j], q.v[j], w->triangle[i], part_of(of[k + j], w->triangle[i]), w->object[i]};
+        }
+    }
+}
+
+static void take_hits(Walk *w)
+{
+    settle_all(w);
+    for (uint32_t i = 0; i < w->count; i++)
+        if (w->object[i] == HIT_NONE) w->hit[i] = (Hit){.t = w->ray[i].tmax, .object = HIT_NONE};
 }
 
 static void intersect(const World *world, const Ray *rays, Hit *hits, size_t n, Scratch *scratch)
@@ -941,8 +1091,9 @@ static void intersect(const World *world, const Ray *rays, Hit *hits, size_t n, 
             kernel_scalar.intersect(world, rays + at, hits + at, count, scratch);
             continue;
         }
+        w.hit = hits + at;
         trace(&w, false);
-        take_hits(&w, hits + at);
+        take_hits(&w);
     }
 }
 

@@ -30,7 +30,7 @@ static inline Dd dd_sum(double a, double b)
 static inline Dd dd_prod(double a, double b)
 {
     double p = a * b;
-#ifdef FP_FAST_FMA
+#if defined(FP_FAST_FMA) || defined(__FMA__)
     return (Dd){p, fma(a, b, -p)};
 #else
     double ca = 0x8000001p0 * a, ah = ca - (ca - a), al = a - ah;

@@ -57,8 +57,11 @@ static inline double vec3_pow2_scale(Vec3 a)
     uint64_t bits;
     memcpy(&bits, &m, sizeof bits);
     uint64_t exponent = bits >> 52;
-    if (exponent == 2047 || m == 0) return 1;
-    bits = exponent >= 2045 ? (uint64_t)1 << 52 : (2046 - (exponent ? exponent : 1)) << 52;
+    if (exponent - 1 >= 2044) {  /* none of the usual */
+        if (exponent == 2047 || m == 0) return 1;
+        exponent = exponent ? 2045 : 1;
+    }
+    bits = (2046 - exponent) << 52;
     memcpy(&m, &bits, sizeof m);
     return m;
 }

@@ -31,10 +31,10 @@ enum {
     OBJECT_LEAF = 1,      /* objects in a leaf of the BVH */
 };
 
-/* The share of the memory limit that objects may take, and what one costs at the peak of the build: itself, its box and
- * the builder's reference, a part of a node. */
+/* The share of the memory limit that objects may take, and what one costs at the peak of the build: itself, its box for
+ * the builder, parts of the binary tree and of the wide nodes, which hold at least one object a place. */
 #define OBJECT_MEMORY_SHARE 0.75
-#define OBJECT_BYTES (sizeof(Object) + sizeof(BoxF) + 96)
+#define OBJECT_BYTES (sizeof(Object) + sizeof(BvhRef) + 96)
 
 /* Meshes whose greatest coordinate is beyond 2^+-this are divided by a power of two: boxes and the first test of
  * triangles are in floats, whose products would overflow or vanish. */
@@ -312,6 +312,11 @@ static Affine times_power(Affine a, int exponent)
     return affine_mul(&a, &scale);
 }
 
+static MeshSettings mesh_settings(const Compile *c)
+{
+    return (MeshSettings){.threads = c->settings->threads, .split = c->settings->split};
+}
+
 static Prim *made_mesh(const Compile *c, const Mesh *mesh, bool closed)
 {
     for (uint32_t i = 0; i < c->made_count; i++)
@@ -331,7 +336,8 @@ static Prim *mesh_prim(Compile *c, const Mesh *mesh, bool closed)
     }
     c->made_capacity = (uint32_t)capacity;
     Stopwatch w = stopwatch();
-    Prim *prim = mesh_prim_create(mesh, closed, c->err);
+    MeshSettings settings = mesh_settings(c);
+    Prim *prim = mesh_prim_create(mesh, closed, &settings, c->err);
     stop(w, &c->stats->bvh_wall_s, &c->stats->bvh_cpu_s);
     if (prim) c->made[c->made_count++] = (MadeMesh){mesh, prim};
     return prim;
@@ -651,7 +657,8 @@ static bool bake(Compile *c)
     }
     if (ok) {
         Stopwatch w = stopwatch();
-        c->memory->baked = mesh_prim_bake(baked, count, c->err);
+        MeshSettings settings = mesh_settings(c);
+        c->memory->baked = mesh_prim_bake(baked, count, &settings, c->err);
         stop(w, &c->stats->bvh_wall_s, &c->stats->bvh_cpu_s);
         ok = c->memory->baked != NULL;
     }
@@ -733,7 +740,7 @@ static bool scale_objects(Compile *c, World *world)
 }
 
 /* Inverses and boxes; objects without any extent are left out. */
-static bool place_objects(Compile *c, BoxF *box)
+static bool place_objects(Compile *c, BvhRef *ref)
 {
     Affine identity = affine_identity();
     uint64_t kept = 0;
@@ -745,7 +752,8 @@ static bool place_objects(Compile *c, BoxF *box)
             return blame(c, node_of(c, &o), ERR_SCENE, "has a singular matrix, or one too extreme to be inverted");
         o.in_world = memcmp(&o.to_world, &identity, sizeof identity) == 0;
         c->objects[kept] = o;
-        box[kept++] = boxf_from_box(b);
+        ref[kept] = bvh_ref(boxf_from_box(b), (uint32_t)kept);
+        kept++;
     }
     c->object_count = kept;
     return true;
@@ -814,16 +822,18 @@ static bool place_lights(Compile *c, World *world)
 
 static bool build_bvh(Compile *c, World *world)
 {
-    BoxF *box = malloc((size_t)(c->object_count + 1) * sizeof *box);
-    if (!box) return out_of_memory(c);
-    bool ok = place_objects(c, box);
+    BvhRef *ref = memory_array((size_t)c->object_count + 1, sizeof *ref);
+    if (!ref) return out_of_memory(c);
+    bool ok = place_objects(c, ref);
     if (ok) {
         Stopwatch w = stopwatch();
-        ok = bvh_build(&world->bvh, box, (uint32_t)c->object_count, OBJECT_LEAF, OBJECT_COST, c->err);
+        BvhSettings settings = {.max_leaf = OBJECT_LEAF, .block = 1, .block_cost = OBJECT_COST,
+                                .threads = c->settings->threads};
+        ok = bvh_build(&world->bvh, ref, (uint32_t)c->object_count, &settings, c->err);
         if (ok) bvh_name_items(&world->bvh);
         stop(w, &c->stats->bvh_wall_s, &c->stats->bvh_cpu_s);
     }
-    free(box);
+    free(ref);
     return ok;
 }
 

@@ -12,6 +12,8 @@ typedef struct {
     const char *cpu;      /* no wider instructions than these (kernel_best); NULL: any */
     void (*warn)(void *context, const char *text);
     void *warn_context;
+    uint32_t threads;     /* that build BVHs; 0 counts as 1 */
+    bool split;           /* cut boxes of long triangles (accel/mesh_split.h) */
 } CompileSettings;
 
 /* Filled as compile goes, kept also when it fails. Times in seconds. */

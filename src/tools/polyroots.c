@@ -3,56 +3,108 @@
  * decomposition (l1, l2, l3, d2) gives the factors (x^2 + aq x + bq)(x^2 + cq x + dq). */
 #include "tools/polyroots.h"
 
-#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
 
 #include "common/numeric.h"
 
 /* -- quadratic -- */
 
-/* x = q 2^k with q a quotient of double-doubles. */
-static PolyRoot quotient_root(Dd num, Dd den, int k)
+/* x 2^e: for ordinary exponents a product with the power, whose bits are its exponent alone, is faster than ldexp. */
+static double scale(double x, int e)
 {
-    Dd q = dd_div(num, den);
-    double x = ldexp(q.hi, k), lo = isfinite(x) ? ldexp(q.lo, k) : 0;
-    return (PolyRoot){x, lo, GAMMA(1) * fabs(x) + 0x1p-1074};
+    if (e < -1022 || e > 1023) return ldexp(x, e);
+    uint64_t bits = (uint64_t)(e + 1023) << 52;
+    double power;
+    memcpy(&power, &bits, sizeof power);
+    return x * power;
 }
 
-int poly_quadratic(double a, double b, double c, PolyRoot root[2])
+static Dd dd_scale(Dd a, int e) { return (Dd){scale(a.hi, e), scale(a.lo, e)}; }
+
+/* x = q 2^k, q off by at most err. */
+static PolyRoot scaled_root(Dd q, double err, int k)
 {
-    if (a == 0) {
-        if (b == 0) return 0;
-        int eb = ilogb(b), ec = c == 0 ? 0 : ilogb(c);
-        root[0] = quotient_root((Dd){-ldexp(c, -ec), 0}, (Dd){ldexp(b, -eb), 0}, ec - eb);
+    if (k == 0) return (PolyRoot){q.hi, q.lo, err};
+    double x = scale(q.hi, k), lo = isfinite(x) ? scale(q.lo, k) : 0;
+    return (PolyRoot){x, lo, scale(err, k) + 0x1p-1074};
+}
+
+/* -num / den 2^k; both have relative errors. */
+static PolyRoot quotient_root(Dd num, double num_err, Dd den, double den_err, int k)
+{
+    Dd q = dd_neg(dd_div(num, den));
+    return scaled_root(q, fabs(q.hi) * (DD_ROUNDOFF + 2 * (num_err + den_err)), k);
+}
+
+static double relative_noise(const Dd *c, const double *noise, int i)
+{
+    return noise && c[i].hi != 0 ? noise[i] / fabs(c[i].hi) : 0;
+}
+
+/* c[i + 1] x + c[i]. */
+static PolyRoot linear_root(const Dd *c, const double *noise, int i)
+{
+    int e = ilogb(c[i + 1].hi), k = c[i].hi == 0 ? 0 : ilogb(c[i].hi);
+    return quotient_root(dd_scale(c[i], -k), relative_noise(c, noise, i), dd_scale(c[i + 1], -e),
+                         relative_noise(c, noise, i + 1), k - e);
+}
+
+static bool root_before(const PolyRoot *a, const PolyRoot *b) { return a->x < b->x || (a->x == b->x && a->lo < b->lo); }
+
+/* Between these no product of two of three coefficients nor its error leaves the range of a double. */
+static bool is_ordinary(double c) { return c == 0 || (fabs(c) > 0x1p-200 && fabs(c) < 0x1p200); }
+
+/* q = -(b + sign(b) sqrt(b^2 - a c)) never subtracts; the roots are q / a and c / q. Bounds to first order. */
+int poly_quadratic(const Dd c[3], const double noise[3], PolyRoot root[2])
+{
+    if (c[2].hi == 0) {
+        if (c[1].hi == 0) return 0;
+        root[0] = linear_root(c, noise, 0);
         return 1;
     }
-    /* x = 2^k y brings a and c to the order of 1, c 2^j with j 0 or 1 */
-    int ea = ilogb(a), eb = b == 0 ? 0 : ilogb(b), ec = c == 0 ? 0 : ilogb(c);
-    int k = (ec - ea) >= 0 ? (ec - ea) / 2 : -((ea - ec + 1) / 2), j = ec - ea - 2 * k;
-    double sa = ldexp(a, -ea), sc = c == 0 ? 0 : ldexp(c, j - ec);
-    int eb_scaled = eb - ea - k;   /* the exponent of b 2^k in units of a 2^2k */
-    if (b != 0 && (c == 0 || eb_scaled > 120)) {
-        /* b^2 exceeds a c by 2^238 at least: the roots are -b / a and -c / b to far beyond a double */
-        double sb = ldexp(b, -eb);
-        PolyRoot big = quotient_root((Dd){-sb, 0}, (Dd){sa, 0}, eb - ea);
-        PolyRoot small = c == 0 ? (PolyRoot){0, 0, 0}
-                                : quotient_root((Dd){-ldexp(c, -ec), 0}, (Dd){sb, 0}, ec - eb);
-        bool swap = (sb < 0) == (sa < 0);   /* big is negative, whatever it is rounded to */
-        root[swap ? 0 : 1] = big;
-        root[swap ? 1 : 0] = small;
+    Dd a = c[2], b = {0.5 * c[1].hi, 0.5 * c[1].lo}, z = c[0];
+    double na = noise ? noise[2] : 0, nb = noise ? 0.5 * noise[1] : 0, nz = noise ? noise[0] : 0;
+    int k = 0;
+    if (!is_ordinary(a.hi) || !is_ordinary(c[1].hi) || !is_ordinary(z.hi)) {
+        /* x = 2^k y brings a and c to the order of 1 */
+        int ea = ilogb(a.hi), eb = c[1].hi == 0 ? 0 : ilogb(c[1].hi), ez = z.hi == 0 ? 0 : ilogb(z.hi);
+        k = ez >= ea ? (ez - ea) / 2 : -((ea - ez + 1) / 2);
+        if (c[1].hi != 0 && (z.hi == 0 || eb - ea - k > 120)) {
+            /* b^2 exceeds a c by 2^238 at least: the roots are -b / a and -c / b to far beyond a double-double */
+            PolyRoot big = linear_root(c, noise, 1), small = linear_root(c, noise, 0);
+            bool swap = (c[1].hi < 0) == (a.hi < 0);   /* big is negative, whatever it is rounded to */
+            root[swap ? 0 : 1] = big;
+            root[swap ? 1 : 0] = small;
+            return 2;
+        }
+        a = dd_scale(a, -ea);
+        b = c[1].hi == 0 ? (Dd){0, 0} : dd_scale(c[1], -ea - k - 1);
+        z = dd_scale(z, -ea - 2 * k);
+        na = scale(na, -ea);
+        nb = scale(nb, -ea - k);
+        nz = scale(nz, -ea - 2 * k);
+    }
+    Dd bb = dd_mul(b, b), az = dd_mul(a, z), disc = dd_sub(bb, az);
+    double e_disc = 2 * fabs(b.hi) * nb + fabs(a.hi) * nz + fabs(z.hi) * na;
+    if (a.lo != 0 || b.lo != 0 || z.lo != 0) e_disc += DD_ROUNDOFF * (bb.hi + fabs(az.hi));
+    if (disc.hi < 0) {
+        if (disc.hi < -e_disc) return 0;
+        disc = (Dd){0, 0};
+    }
+    e_disc += DD_ROUNDOFF * disc.hi;
+    Dd s = dd_sqrt(disc), q = dd_neg(b.hi < 0 ? dd_sub(b, s) : dd_add(b, s));
+    double e_root = disc.hi > 2 * e_disc ? e_disc / s.hi : sqrt(3 * e_disc);
+    double eq = nb + e_root + DD_ROUNDOFF * fabs(q.hi);
+    if (q.hi == 0) {
+        root[0] = root[1] = scaled_root((Dd){0, 0}, 2 * eq / fabs(a.hi), k);
         return 2;
     }
-    double sb = b == 0 ? 0 : ldexp(b, -ea - k);
-    Dd quarter = dd_prod(0.5 * sb, 0.5 * sb), disc = dd_sub(quarter, dd_prod(sa, sc));
-    if (disc.hi < 0) return 0;
-    Dd s = dd_sqrt(disc), h = {-0.5 * sb, 0}, q = h.hi < 0 ? dd_sub(h, s) : dd_add(h, s);
-    PolyRoot first, second;
-    if (q.hi == 0) {
-        first = second = (PolyRoot){0, 0, 0};
-    } else {
-        first = quotient_root(q, (Dd){sa, 0}, k);
-        second = quotient_root((Dd){sc, 0}, q, k);
-    }
-    bool swap = second.x < first.x || (second.x == first.x && second.lo < first.lo);
+    Dd r0 = dd_div(z, q), r1 = dd_div(q, a);
+    double e0 = 2 * (nz + fabs(r0.hi) * eq) / fabs(q.hi) + DD_ROUNDOFF * fabs(r0.hi);
+    double e1 = 2 * (eq + fabs(r1.hi) * na) / fabs(a.hi) + DD_ROUNDOFF * fabs(r1.hi);
+    PolyRoot first = scaled_root(r0, e0, k), second = scaled_root(r1, e1, k);
+    bool swap = root_before(&second, &first);
     root[0] = swap ? second : first;
     root[1] = swap ? first : second;
     return 2;
@@ -254,29 +306,36 @@ bool poly_quartic_guess(const double c[4], double root[4], int *count)
 
 /* -- isolation by sign -- */
 
-/* The value in double-double and a bound on its error. */
-static Dd evaluate(const Dd *c, int degree, double x, double noise, double *bound)
+/* The value of a quartic in double-double and a bound on its error: noise[i] is that of coefficient i, roundings
+ * included. */
+static Dd evaluate(const Dd c[5], const double noise[5], Dd x, double *bound)
+{
+    Dd y = c[4];
+    double b = noise[4], ax = fabs(x.hi);
+    for (int i = 3; i >= 0; i--) {
+        y = dd_add(dd_mul(y, x), c[i]);
+        b = b * ax + noise[i];
+    }
+    *bound = b;
+    return y;
+}
+
+__attribute__((noinline)) static double evaluate_exactly(const Dd *c, int degree, double x)
 {
     Dd y = c[degree];
-    double size = fabs(y.hi), ax = fabs(x);
-    for (int i = degree - 1; i >= 0; i--) {
-        y = dd_add(dd_mul_d(y, x), c[i]);
-        size = size * ax + fabs(c[i].hi);
-    }
-    *bound = 0x1p-98 * size + noise;
-    return y;
+    for (int i = degree - 1; i >= 0; i--) y = dd_add(dd_mul_d(y, x), c[i]);
+    return y.hi;
 }
 
 /* The value, in plain double precision where its sign is certain so. */
 static double evaluate_sign(const Dd *c, int degree, double x)
 {
-    double y = c[degree].hi, size = fabs(y), ax = fabs(x), bound;
+    double y = c[degree].hi, size = fabs(y), ax = fabs(x);
     for (int i = degree - 1; i >= 0; i--) {
         y = y * x + c[i].hi;
         size = size * ax + fabs(c[i].hi);
     }
-    if (fabs(y) > GAMMA(16) * size) return y;
-    return evaluate(c, degree, x, 0, &bound).hi;
+    return fabs(y) > GAMMA(16) * size ? y : evaluate_exactly(c, degree, x);
 }
 
 static double evaluate_plain(const Dd *c, int degree, double x)
@@ -310,20 +369,41 @@ static double bracketed_zero(const Dd *c, const Dd *slope, int degree, double lo
     return x;
 }
 
+/* About how far from x the value must get out of `doubt`: the least of what its Taylor terms need alone. Near a
+ * multiple root the slope says nothing, the second to fourth derivatives do. */
+static double doubtful_width(const Dd *c, double x, double doubt)
+{
+    double p1 = fabs(((4 * c[4].hi * x + 3 * c[3].hi) * x + 2 * c[2].hi) * x + c[1].hi), first = doubt / p1;
+    double p2 = fabs((6 * c[4].hi * x + 3 * c[3].hi) * x + c[2].hi), p3 = fabs(4 * c[4].hi * x + c[3].hi);
+    double p4 = fabs(c[4].hi);
+    if (((p4 * first + p3) * first + p2) * first < p1) return first;
+    return fmin(fmin(first, sqrt(doubt / p2)), fmin(cbrt(doubt / p3), sqrt(sqrt(doubt / p4))));
+}
+
+/* What a Newton step leaves, its slope having been rounded and the value being no straight line. */
+#define STEP_ROUNDOFF 0x1p-40
+
+static double first_error(const Dd *c, Dd x, double step, double bound)
+{
+    double err = STEP_ROUNDOFF * fabs(step) + DD_ROUNDOFF * fabs(x.hi) + 0x1p-1074;
+    double width = bound > 0 ? doubtful_width(c, x.hi, 2 * bound) : 0;
+    return isfinite(width) ? err + width : err;
+}
+
 /* The rest that x leaves out, and an error widened until the signs on both sides are beyond doubt or the bracket's ends
  * are reached. */
-static PolyRoot finish_root(const Dd *c, const Dd *slope_c, int degree, double x, double lo, double hi, bool rising,
-                            double noise)
+static PolyRoot finish_root(const Dd *c, const double *noise, const Dd *slope_c, double x, double lo, double hi,
+                            bool rising)
 {
-    double bound, slope = evaluate_plain(slope_c, degree - 1, x);
-    double step = -evaluate(c, degree, x, noise, &bound).hi / slope;
+    double bound, step = -evaluate(c, noise, (Dd){x, 0}, &bound).hi / evaluate_plain(slope_c, 3, x);
     if (!(fabs(step) <= GAMMA(8) * fabs(x))) step = 0;
     Dd sum = dd_quick_sum(x, step);
-    double err = GAMMA(1) * fabs(sum.hi) + 0x1p-1074 + (slope != 0 ? 2 * bound / fabs(slope) : 0);
+    double err = first_error(c, sum, step, bound);
     for (int i = 0; i < 600; i++, err *= 2) {
-        double a = sum.hi - err, b = sum.hi + err, bound_a, bound_b;
-        bool left_done = a <= lo, right_done = b >= hi;
-        Dd ya = evaluate(c, degree, a, noise, &bound_a), yb = evaluate(c, degree, b, noise, &bound_b);
+        double bound_a, bound_b;
+        Dd a = dd_add_d(sum, -err), b = dd_add_d(sum, err);
+        bool left_done = a.hi <= lo, right_done = b.hi >= hi;
+        Dd ya = evaluate(c, noise, a, &bound_a), yb = evaluate(c, noise, b, &bound_b);
         if (!left_done) left_done = rising ? ya.hi < -bound_a : ya.hi > bound_a;
         if (!right_done) right_done = rising ? yb.hi > bound_b : yb.hi < -bound_b;
         if (left_done && right_done) break;
@@ -332,9 +412,9 @@ static PolyRoot finish_root(const Dd *c, const Dd *slope_c, int degree, double x
 }
 
 /* The sign changes in (-limit, limit), where `stop` are the roots of the derivative; where the value only touches 0
- * there is none. Gives the zeros, and (unless NULL) the roots with their bounds. */
+ * there is none. Gives the zeros, and (of a quartic, unless NULL) the roots with their bounds. */
 static int zeros_between(const Dd *c, const Dd *slope, int degree, double limit, const double *stop, int stops,
-                         double noise, double *zero, PolyRoot *root)
+                         double *zero, const double *noise, PolyRoot *root)
 {
     int n = 0;
     double a = -limit;
@@ -344,7 +424,7 @@ static int zeros_between(const Dd *c, const Dd *slope, int degree, double limit,
         bool negative_b = y == 0 ? negative_a : y < 0;
         if (negative_a != negative_b) {
             double x = bracketed_zero(c, slope, degree, a, b, negative_a);
-            if (root) root[n] = finish_root(c, slope, degree, x, a, b, negative_a, noise);
+            if (root) root[n] = finish_root(c, noise, slope, x, a, b, negative_a);
             zero[n++] = x;
         }
         a = b;
@@ -354,46 +434,41 @@ static int zeros_between(const Dd *c, const Dd *slope, int degree, double limit,
 }
 
 /* The zeros of the derivatives, one after the other, starting from the linear third one. */
-static int isolate_quartic(const Dd c[5], double limit, double noise, PolyRoot root[4], double critical[3],
-                           int *criticals)
+static int isolate_quartic(const Dd c[5], const Dd d1[4], const double noise[5], double limit, PolyRoot root[4],
+                           double critical[3], int *criticals)
 {
-    Dd d1[4], d2[3], d3[2];
-    derive(c, 4, d1);
+    Dd d2[3], d3[2];
     derive(d1, 3, d2);
     derive(d2, 2, d3);
     double inflection = -d3[0].hi / d3[1].hi, turn[2], stop[3], zero[4];
-    int turns = zeros_between(d2, d3, 2, limit, &inflection, 1, 0, turn, NULL);
-    int stops = zeros_between(d1, d2, 3, limit, turn, turns, 0, stop, NULL);
+    int turns = zeros_between(d2, d3, 2, limit, &inflection, 1, turn, NULL, NULL);
+    int stops = zeros_between(d1, d2, 3, limit, turn, turns, stop, NULL, NULL);
     if (criticals) {
         for (int i = 0; i < stops; i++) critical[i] = stop[i];
         *criticals = stops;
     }
-    return zeros_between(c, d1, 4, limit, stop, stops, noise, zero, root);
+    return zeros_between(c, d1, 4, limit, stop, stops, zero, noise, root);
 }
 
 /* Polishes a guess and makes sure of it. False: isolate instead. */
-static bool polish_root(const Dd c[5], double x, double noise, PolyRoot *root)
+static bool polish_root(const Dd c[5], const Dd slope_c[4], const double noise[5], double x, PolyRoot *root)
 {
-    Dd slope_c[4];
-    derive(c, 4, slope_c);
-    double bound, slope = 0;
-    Dd y, sum = {x, 0};
-    double step = 0;
+    double bound, step = 0;
+    Dd sum = {x, 0};
     for (int i = 0; i < 3; i++) {
-        y = evaluate(c, 4, sum.hi, noise, &bound);
-        slope = evaluate_plain(slope_c, 3, sum.hi);
-        step = -y.hi / slope;
+        Dd y = evaluate(c, noise, (Dd){sum.hi, 0}, &bound);
+        step = -y.hi / evaluate_plain(slope_c, 3, sum.hi);
         sum = dd_sum(sum.hi, step);
         if (!(fabs(step) > GAMMA(4) * fabs(sum.hi))) break;
     }
     if (!(fabs(step) <= GAMMA(4) * fabs(sum.hi))) return false;
-    double err = GAMMA(2) * fabs(sum.hi) + 0x1p-1074 + 2 * bound / fabs(slope), bound_a, bound_b;
-    Dd a = evaluate(c, 4, sum.hi - err, noise, &bound_a), b = evaluate(c, 4, sum.hi + err, noise, &bound_b);
+    double err = first_error(c, sum, step, bound), bound_a, bound_b;
+    Dd a = evaluate(c, noise, dd_add_d(sum, -err), &bound_a), b = evaluate(c, noise, dd_add_d(sum, err), &bound_b);
     *root = (PolyRoot){sum.hi, sum.lo, err};
     return fabs(a.hi) > bound_a && fabs(b.hi) > bound_b && (a.hi < 0) != (b.hi < 0);
 }
 
-int poly_quartic(const Dd c[5], double noise, PolyRoot root[4], double critical[3], int *criticals)
+int poly_quartic(const Dd c[5], const double noise[5], PolyRoot root[4], double critical[3], int *criticals)
 {
     if (criticals) *criticals = 0;
     for (int i = 0; i < 5; i++)
@@ -409,23 +484,26 @@ int poly_quartic(const Dd c[5], double noise, PolyRoot root[4], double critical[
     }
     if (k == -10000) return 0;
     Dd s[5];
+    double bound[5];
     for (int i = 0; i < 5; i++) {
         int e = k * (i - 4) - e4;
-        s[i] = (Dd){ldexp(c[i].hi, e), ldexp(c[i].lo, e)};
+        s[i] = dd_scale(c[i], e);
+        bound[i] = 0x1p-98 * fabs(s[i].hi) + (noise ? scale(noise[i], e) : 0);
     }
-    noise = ldexp(noise, -4 * k - e4);
 
+    Dd slope[4];
+    derive(s, 4, slope);
     double monic[4], guess[4];
     int n;
     for (int i = 0; i < 4; i++) monic[i] = s[i].hi / s[4].hi;
     bool sure = !criticals && poly_quartic_guess(monic, guess, &n);
-    for (int i = 0; sure && i < n; i++) sure = polish_root(s, guess[i], noise, &root[i]);
+    for (int i = 0; sure && i < n; i++) sure = polish_root(s, slope, bound, guess[i], &root[i]);
     if (sure)
         for (int i = 1; i < n; i++) sure = sure && root[i].x - root[i].err > root[i - 1].x + root[i - 1].err;
-    if (!sure) n = isolate_quartic(s, 8, noise, root, critical, criticals);
+    if (!sure) n = isolate_quartic(s, slope, bound, 8, root, critical, criticals);
     for (int i = 0; i < n; i++)
-        root[i] = (PolyRoot){ldexp(root[i].x, k), ldexp(root[i].lo, k), ldexp(root[i].err, k) + 0x1p-1074};
+        root[i] = scaled_root((Dd){root[i].x, root[i].lo}, root[i].err, k);
     if (criticals)
-        for (int i = 0; i < *criticals; i++) critical[i] = ldexp(critical[i], k);
+        for (int i = 0; i < *criticals; i++) critical[i] = scale(critical[i], k);
     return n;
 }

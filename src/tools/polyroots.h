@@ -13,19 +13,21 @@
 
 typedef struct {
     double x, lo;   /* the root is x + lo; x alone is it rounded */
-    double err;     /* bound on |x - root| */
+    double err;     /* bound on |x + lo - root| */
 } PolyRoot;
 
-/* The real roots of a x^2 + b x + c, ascending; a double root is listed twice. Each is within 1 ulp for any finite
- * coefficients; a root that a double can't hold is 0 or infinite. a = 0: the root of the linear equation, if any. */
-int poly_quadratic(double a, double b, double c, PolyRoot root[2]);
+/* The real roots of c[2] x^2 + c[1] x + c[0], ascending: 0 or 2, a double one being listed twice; 1 or 0 if c[2] is 0.
+ * noise[i] bounds the error of c[i] (NULL: they are exact), and a discriminant that is negative by no more than that
+ * explains counts as 0. For any finite exact coefficients whose low parts are 0 the number is right and each x within
+ * 1 ulp; a root that a double can't hold is 0 or infinite. */
+int poly_quadratic(const Dd c[3], const double noise[3], PolyRoot root[2]);
 
 /* The real zeros at which c[4] x^4 + ... + c[0] changes its sign, ascending: an even number, so a double root is either
  * left out or a pair close together. c[4] isn't 0. The count is right unless the polynomial comes nearer to 0 between
- * two roots than its evaluation resolves (2^-98 of its terms) or than `noise`, the uncertainty of its value that the
- * caller knows of; noise widens the bounds.
+ * two roots than its evaluation resolves (2^-98 of its terms) or than the coefficients' own uncertainty, `noise` (NULL:
+ * they are exact), makes doubtful; noise widens the bounds.
  * `critical` (NULL: not wanted) gets the roots of the derivative in ascending order, up to 3, *criticals of them. */
-int poly_quartic(const Dd c[5], double noise, PolyRoot root[4], double critical[3], int *criticals);
+int poly_quartic(const Dd c[5], const double noise[5], PolyRoot root[4], double critical[3], int *criticals);
 
 /* The same for the monic quartic x^4 + c[3] x^3 + ... + c[0] with roots of the order of 1, in double precision only and
  * unpolished. False if it can't vouch for their number. */

@@ -265,16 +265,18 @@ static void run_program(const void *rays, int count, const Prim *prim, Scratch *
 }
 
 /* The program's triangle test without what finds the triangle. */
-static void run_woop(const void *rays, int count, const Prim *prim, Scratch *scratch, double *t)
+static void run_cut(const void *rays, int count, const Prim *prim, Scratch *scratch, double *t)
 {
     const Ray *ray = rays;
     const Vec3 *c = mesh_prim_data(prim)->position;
     (void)scratch;
     for (int i = 0; i < count; i++) {
         Shear s = shear_of(&ray[i]);
-        double at, u, v;
-        int facing;
-        t[i] = hit_triangle(&s, &c[0], &c[1], &c[2], &at, &u, &v, &facing) && at > 0 ? at : (double)NAN;
+        TriangleCut cut;
+        t[i] = NAN;
+        if (!triangle_cut(&s, &c[0], &c[1], &c[2], &cut)) continue;
+        double err, at = triangle_t(&s, &c[0], &c[1], &c[2], &err);
+        if (at > 0) t[i] = at;
     }
 }
 
@@ -291,7 +293,8 @@ static void run_poly_quadratic(const void *polys, int count, const Prim *prim, S
     (void)prim, (void)scratch;
     for (int i = 0; i < count; i++) {
         PolyRoot root[2];
-        t[i] = nearest_root(root, poly_quadratic(p[i].c[2], p[i].c[1], p[i].c[0], root));
+        Dd c[3] = {{p[i].c[0], 0}, {p[i].c[1], 0}, {p[i].c[2], 0}};
+        t[i] = nearest_root(root, poly_quadratic(c, NULL, root));
     }
 }
 
@@ -303,7 +306,7 @@ static void run_poly_quartic(const void *polys, int count, const Prim *prim, Scr
         Dd c[5];
         for (int k = 0; k < 5; k++) c[k] = (Dd){p[i].c[k], 0};
         PolyRoot root[4];
-        t[i] = nearest_root(root, poly_quartic(c, 0, root, NULL, NULL));
+        t[i] = nearest_root(root, poly_quartic(c, NULL, root, NULL, NULL));
     }
 }
 
@@ -440,7 +443,7 @@ static const Subject SUBJECT[] = {
     {"torus", torus_truth, 0, torus_limb, {0, 0, 0}, 1 + MINOR, {TEXTBOOK(torus), PROGRAM}},
     {"triangle", triangle_truth, 0, triangle_limb, {0, 0, 0}, 1,
      {TEXTBOOK(triangle), {"Moeller-Trumbore float", FLOAT_RAYS, run_moeller_trumbore_float},
-      {"Moeller-Trumbore double", DOUBLE_RAYS, run_moeller_trumbore_double}, {"Woop double", PROGRAM_RAYS, run_woop},
+      {"Moeller-Trumbore double", DOUBLE_RAYS, run_moeller_trumbore_double}, {"one triangle", PROGRAM_RAYS, run_cut},
       PROGRAM}},
     {"quadratic", NULL, 2, sphere_limb, {0, 0, 0}, 1,
      {TEXTBOOK(quadratic), {"program", DOUBLE_RAYS, run_poly_quadratic}}},
@@ -457,7 +460,7 @@ static Prim *prim_of(const Subject *s, const Mesh *mesh)
     if (s->truth == cone_truth) return cone_create();
     if (s->truth == cube_truth) return cube_create();
     if (s->truth == torus_truth) return torus_create(MINOR);
-    return s->truth ? mesh_prim_create(mesh, false, NULL) : NULL;
+    return s->truth ? mesh_prim_create(mesh, false, NULL, NULL) : NULL;
 }
 
 /* -- Rays -- */

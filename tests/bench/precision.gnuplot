@@ -6,7 +6,7 @@ set output "build/precision." . kind
 set datafile separator ","
 csv = "build/precision.csv"
 subjects = "sphere cylinder cone cube torus triangle quadratic quartic"
-forms = "'textbook float' 'textbook double' 'Moeller-Trumbore float' 'Moeller-Trumbore double' 'Woop double' 'program'"
+forms = "'textbook float' 'textbook double' 'Moeller-Trumbore float' 'Moeller-Trumbore double' 'one triangle' 'program'"
 array colour[6] = ["#d95f02", "#1b6ca8", "#c79a00", "#3fa7d6", "#7570b3", "#117733"]
 array mark[6] = [5, 7, 4, 6, 9, 13]
 is(subject, form) = strcol(1) eq subject && strcol(3) eq form

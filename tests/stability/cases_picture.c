@@ -220,7 +220,7 @@ static void mesh_size_undone(Row *row, uint64_t trials)
 const StabilityCase picture_cases[] = {
     {2, "sphere of radius 1e-150 ... 1e150, per pixel", "metamorphic", "", PICTURES(7), PICTURES(301), PICTURES(301),
      sphere_of_any_radius},
-    {7, "scene scaled by 2^k, k = -300 ... 300", "metamorphic", "", PICTURES(12), PICTURES(4 * 101),
+    {7, "scene scaled by 2^k, k = -300 ... 300", "metamorphic", "", PICTURES(12), PICTURES(4 * 601),
      PICTURES(4 * 601), power_of_two},
     {8, "scene scaled by 10^k, k = -12 ... 12", "metamorphic",
      "POV-Ray, wrong pixels of 400x300: 1e-3 59, 1e-4 13,901, 1e5 2,209, 1e6 10,218", PICTURES(12), PICTURES(4 * 25),

@@ -17,6 +17,40 @@ static double neighbour(Rng *rng, double x)
     return k == 0 ? x : nextafter(x, k == 1 ? INFINITY : -INFINITY);
 }
 
+/* Rays that were once judged wrong; a case begins with its own. */
+typedef struct { int number; ShapeKind kind; double minor; Vec3 o, d; } KeptRay;
+
+static const KeptRay KEPT[] = {
+    {4, CUBE, 0, {0, 0x1.3647e1c674183p-2, 0x1.d91b65f07a168p-1},
+     {-0x1.fcbad94f5130dp-12, 0x1.a60e69163a9a4p-1, 0x1.21d9561c64e12p-1}},
+    {5, TORUS, 1.3, {-0x1.76f9490494822p+0, 0x1.e7b50b26f966ap-1, 0x1.6b23671a7f1p-2}, {-0x0.19e58dd132f8fp-1022, 0, 0}},
+    {6, SPHERE, 0, {0x1.3a6ecffc76f3bp+5, 0x1.1fa591425267cp+5, 0x1.d0e3c385d720bp+5},
+     {-0x1.f564995280bdp-2, -0x1.dc40bb43a741ep-2, -0x1.799cc22d2df9bp-1}},
+    {18, CONE, 0, {0x1.f37546a0b8e4ep+0, -0x1.8f88e691d4b68p+0, -0x1.4d6500b186e98p+1},
+     {-0x1.14c4ef995548p-1, 0x1.bacbb2be82f39p-2, 0x1.717e71a24a43fp-1}},
+    {18, CONE, 0, {-0x1.932e6cea59f1p-57, 0x1.c8d077f8781f4p-59, 0x1.5c8f907d4074ap-58},
+     {0x1.ad90af5006d8ep-2, -0x1.b92e63c00928fp-1, -0x1.24616483a06fbp-2}},
+    {18, CONE, 0, {-0x1.ab98c6ea9561fp+1, 4, -0x1.199c85b7bfa88p+1}, {0x1.ab98c6ea9561fp-1, -1, 0x1.199c85b7bfa88p-1}},
+    {19, TORUS, 1e-6, {-0x1.d6b50421e7ebbp-1, -0x1.38ebecad0c1f2p-10, -0x1.9519b6052b183p-2},
+     {0x1.0af2b73643053p-2, 0x1.66dcdaa3755b5p-1, 0x1.53ebc15f747fp-1}},
+    {20, TORUS, 0.25, {-0x1.8f84b18f2489p-1, 0, 0.75}, {1, 0, 0}},
+    {20, TORUS, 0.25, {0x1.5b842f4e6535ep-51, -0x1.0dc67903ddc34p+1, 0.75}, {0, 1, 0}},
+};
+
+static void kept_rays(Row *row, int number)
+{
+    for (uint64_t i = 0; i < sizeof KEPT / sizeof *KEPT; i++) {
+        const KeptRay *k = &KEPT[i];
+        if (k->number != number) continue;
+        Subject s = subject_open(k->kind, k->minor, k->minor <= 1);
+        for (int half = 0; half < 2; half++) {
+            Ray ray = {k->o, k->d, half ? 0 : -INFINITY, INFINITY};
+            check_ray(row, &s, &ray, i);
+        }
+        subject_close(&s);
+    }
+}
+
 /* The line from (0,0,D) through (x,y,0) passes the centre at D rho / sqrt(D^2 + rho^2): coverage is known exactly. */
 static void sphere_from_afar(Row *row, uint64_t trials)
 {
@@ -91,6 +125,7 @@ static void tangent_exact(Row *row, uint64_t trials)
 /* From a surface point or its neighbour, and from where the renderer starts: just outside the point's error bound. */
 static void from_the_surface(Row *row, uint64_t trials)
 {
+    kept_rays(row, 4);
     static const double MINORS[] = {0.5, 0.05, 1.3};
     enum { SUBJECTS = 4 + sizeof MINORS / sizeof MINORS[0] };
     for (int k = 0; k < SUBJECTS; k++) {
@@ -138,6 +173,7 @@ static double extreme_component(Rng *rng, double x)
 
 static void extreme_components(Row *row, uint64_t trials)
 {
+    kept_rays(row, 5);
     for (int k = 0; k < SHAPE_COUNT; k++) {
         Subject s = subject_open((ShapeKind)k, 0.5, true);
         uint64_t end = trials * (uint64_t)(k + 1) / SHAPE_COUNT;
@@ -155,27 +191,43 @@ static void extreme_components(Row *row, uint64_t trials)
     }
 }
 
+static bool same_point(const Surface *a, const Surface *b)
+{
+    return a->p.x == b->p.x && a->p.y == b->p.y && a->p.z == b->p.z;
+}
+
+static void lengthened(Row *row, Subject *s, const Ray *ray, int e, uint64_t seed)
+{
+    Vec3 d = ray->d;
+    Ray other = {ray->o, vec3_make(ldexp(d.x, e), ldexp(d.y, e), ldexp(d.z, e)), ray->tmin, ray->tmax};
+    Hit a, b;
+    Surface p, q;
+    bool found = subject_hit(s, ray, &a), same = subject_hit(s, &other, &b) == found;
+    if (found && same) {
+        s->prim->ops->surface(s->prim, ray, &a, &p);
+        s->prim->ops->surface(s->prim, &other, &b, &q);
+        same = same_point(&p, &q) && ldexp(a.t, -e) == b.t && ldexp(a.u, -e) == b.u;
+    }
+    row_trial(row, same, "%s: 2^%d, seed %llu", subject_name(s), e, (unsigned long long)seed);
+}
+
 /* A direction times 2^k moves the hit not at all; times 10^k, by no more than its own rounding. */
 static void direction_lengths(Row *row, uint64_t trials)
 {
+    kept_rays(row, 6);
     for (int k = 0; k < SHAPE_COUNT; k++) {
         Subject s = subject_open((ShapeKind)k, 0.5, false);
         uint64_t end = trials * (uint64_t)(k + 1) / SHAPE_COUNT;
+        for (size_t i = 0; i < sizeof KEPT / sizeof *KEPT; i++) {
+            Ray ray = {KEPT[i].o, KEPT[i].d, 0, INFINITY};
+            for (int e = -650; KEPT[i].kind == s.kind && e <= 650; e++)
+                if (vec3_max(vec3_abs(ray.d)) > 0x1p-100) lengthened(row, &s, &ray, e, i);
+        }
         for (uint64_t seed = 0; row->trials < end; seed++) {
             Rng rng = rng_seed(seed, 106);
             Vec3 d = random_direction(&rng);
             Ray ray = {vec3_at(random_point(&rng, &s), -pow(10, uniform(&rng, -2, 3)), d), d, 0, INFINITY}, other = ray;
-            Hit a, b;
-            Surface p, q;
-            int e = (int)(rng_u32(&rng) % 1330) - 665;
-            other.d = vec3_make(ldexp(d.x, e), ldexp(d.y, e), ldexp(d.z, e));
-            bool found = subject_hit(&s, &ray, &a), same = subject_hit(&s, &other, &b) == found;
-            if (found && same) {
-                s.prim->ops->surface(s.prim, &ray, &a, &p);
-                s.prim->ops->surface(s.prim, &other, &b, &q);
-                same = p.p.x == q.p.x && p.p.y == q.p.y && p.p.z == q.p.z && ldexp(a.t, -e) == b.t;
-            }
-            row_trial(row, same, "%s: 2^%d, seed %llu", subject_name(&s), e, (unsigned long long)seed);
+            lengthened(row, &s, &ray, (int)(rng_u32(&rng) % 1330) - 665, seed);
             other.d = vec3_scale(d, pow(10, uniform(&rng, -200, 200)));
             check_ray(row, &s, &other, seed);
         }
@@ -208,8 +260,11 @@ static void cylinder_along_axis(Row *row, uint64_t trials)
     subject_close(&s);
 }
 
+/* A sixteenth of the lines, flatter than the side by a rounding, touch the apex alone: either answer is right. */
 static void cone_special(Row *row, uint64_t trials)
 {
+    kept_rays(row, 18);
+    row->undecided_most = 0.05;
     Subject s = subject_open(CONE, 0, false);
     for (uint64_t seed = 0; row->trials < trials; seed++) {
         Rng rng = rng_seed(seed, 118);
@@ -265,6 +320,7 @@ static void torus_random(Row *row, uint64_t trials, const double *minor, int min
 /* The outer sheet of a spindle is not all that the implicit equation has: there quad alone decides. */
 static void torus_rings(Row *row, uint64_t trials)
 {
+    kept_rays(row, 19);
     static const double MINOR[] = {1e-6, 0.5, 1 - 1e-12, 1};
     torus_random(row, trials, MINOR, 4, true);
 }
@@ -275,9 +331,13 @@ static void torus_spindles(Row *row, uint64_t trials)
     torus_random(row, trials, MINOR, 3, false);
 }
 
-/* Not the axis of the horn torus: its two roots there are a pair of a nearly quadruple one. */
+/* Along the axis of a horn torus two roots are a pair of a nearly quadruple one. A third of the lines are tangents up to
+ * the rounding of their own coordinates, so that either number of crossings may be right: of these, parity, order and
+ * the bounds are judged. */
 static void torus_degenerate(Row *row, uint64_t trials)
 {
+    kept_rays(row, 20);
+    row->undecided_most = 0.2;
     static const double MINOR[] = {0.5, 0.25, 1};
     for (int k = 0; k < 3; k++) {
         Subject s = subject_open(TORUS, MINOR[k], true);
@@ -288,7 +348,7 @@ static void torus_degenerate(Row *row, uint64_t trials)
             double gap = seed % 3 ? either(&rng, 1, -1) * pow(10, uniform(&rng, -17, -1)) : 0;
             double angle = either(&rng, round(uniform(&rng, 0, 4)) * M_PI / 2, uniform(&rng, 0, 2 * M_PI));
             Vec3 d = {cos(angle), 0, sin(angle)}, side = {-d.z, 0, d.x}, o;
-            switch (seed / 3 % (m < 1 ? 5 : 4)) {
+            switch (seed / 3 % 5) {
             case 0: o = vec3_scale(side, 1 - m + gap); break;                  /* in its plane, at the inner rim */
             case 1: o = vec3_scale(side, uniform(&rng, 0, 2)); o.y = gap; break;
             case 2: o = vec3_scale(side, 1 + m + gap); break;                  /* at the outer rim */
@@ -334,11 +394,11 @@ const StabilityCase primitive_cases[] = {
     {16, "cylinder: rays along the axis at the radius", "MPFR", "", 20000, 1000000, 20000000, cylinder_along_axis},
     {17, "needle 1e8 by 1e-4, disc of height 1e-8", "quad", "", 20000, 1000000, 20000000, needle_and_disc},
     {18, "cone: apex, lines of the side", "quad", "", 20000, 1000000, 20000000, cone_special},
-    {19, "torus of minor radius 1e-6 to 1", "MPFR", "POV-Ray 3.7: no silhouette wrong in 24 poses", 5000, 500000,
+    {19, "torus of minor radius 1e-6 to 1", "MPFR", "POV-Ray 3.7: no silhouette wrong in 24 poses", 5000, 1000000,
      10000000, torus_rings},
-    {19, "torus of minor radius above 1", "quad", "", 5000, 500000, 10000000, torus_spindles},
-    {20, "torus: its plane, its axis, its rims", "MPFR", "", 5000, 500000, 10000000, torus_degenerate},
-    {21, "torus from 1e6 away, grazing at 1e-3 degrees", "MPFR", "", 5000, 500000, 10000000, torus_grazing},
+    {19, "torus of minor radius above 1", "quad", "", 5000, 1000000, 10000000, torus_spindles},
+    {20, "torus: its plane, its axis, its rims", "MPFR", "", 5000, 1250000, 12500000, torus_degenerate},
+    {21, "torus from 1e6 away, grazing at 1e-3 degrees", "MPFR", "", 5000, 1000000, 10000000, torus_grazing},
     {22, "quartics: published, spread and close roots", "MPFR", "", 5000, 1000000, 10000000, quartics},
     {23, "quadratics: b^2 near 4ac, over- and underflow", "MPFR", "", 20000, 1000000, 20000000, quadratics},
     {0},

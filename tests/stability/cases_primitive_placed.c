@@ -189,34 +189,51 @@ void sheared_normals(Row *row, uint64_t trials)
     }
 }
 
-/* A needle of length 1e8 and radius 1e-4 and a disc of height 1e-8 about y, seen across their outline from the side:
- * what a ray covers is decided on the scaled cylinder itself, in quad. */
+/* Where the line meets the cylinder of radius and half height `size`, in quad. False: nowhere at t >= 0. */
+static bool meets_cylinder(const Quad o[3], const Quad d[3], Quad size, Quad *in, Quad *out)
+{
+    Quad a = d[0] * d[0] + d[2] * d[2], b = o[0] * d[0] + o[2] * d[2], c = o[0] * o[0] + o[2] * o[2] - size * size;
+    Quad disc = b * b - a * c, root = q_sqrt(disc), cap[2] = {(-size - o[1]) / d[1], (size - o[1]) / d[1]};
+    *in = q_max(q_min(cap[0], cap[1]), (-b - root) / a);
+    *out = q_min(q_max(cap[0], cap[1]), (-b + root) / a);
+    return disc > 0 && *in < *out && *out > 0;
+}
+
+/* A needle of length 1e8 and radius 1e-4 and a disc of height 1e-8 about y, seen across their outline from the side.
+ * In quad, in units of radius and half length, a hit must meet the cylinder that is larger by what the transform's
+ * rounding moves a point, and a miss must miss the one that is smaller by that; t must lie between theirs. */
 void needle_and_disc(Row *row, uint64_t trials)
 {
+    static const uint64_t BEHIND = 275926;   /* the needle lies just behind the origin: kept, and tested first */
     static const double RADIUS[] = {1e-4, 1}, HALF[] = {5e7, 5e-9};
     Subject s = subject_open(CYLINDER, 0, false);
-    for (uint64_t seed = 0; row->trials < trials; seed++) {
+    for (uint64_t i = 0; row->trials < trials; i++) {
+        uint64_t seed = i == 0 ? BEHIND : i - 1;
         Rng rng = rng_seed(seed, 117);
         double r = RADIUS[seed % 2], h = HALF[seed % 2];
         Affine map = affine_scale(r, h, r), inverse = inverse_of(&map);
         Vec3 aim = {uniform(&rng, -1.5, 1.5), uniform(&rng, -1.5, 1.5), uniform(&rng, -1.5, 1.5)}, d = random_direction(&rng);
         aim = vec3_make(aim.x * r, aim.y * h, aim.z * r);
         d = vec3_make(d.x * r, d.y * h, d.z * r);
-        Ray ray = {vec3_at(aim, -uniform(&rng, 2, 100), d), d, 0, INFINITY};
-        /* the line in units of radius and half length */
+        double away = uniform(&rng, 2, 100);
+        Ray ray = {vec3_at(aim, -away, d), d, 0, INFINITY};
         Quad o[3] = {(Quad)ray.o.x / r, (Quad)ray.o.y / h, (Quad)ray.o.z / r};
         Quad e[3] = {(Quad)d.x / r, (Quad)d.y / h, (Quad)d.z / r};
-        Quad a = e[0] * e[0] + e[2] * e[2], b = o[0] * e[0] + o[2] * e[2], c = o[0] * o[0] + o[2] * o[2] - 1;
-        Quad disc = b * b - a * c, root = q_sqrt(disc), cap[2] = {(-1 - o[1]) / e[1], (1 - o[1]) / e[1]};
-        Quad in = q_max(q_min(cap[0], cap[1]), (-b - root) / a), out = q_min(q_max(cap[0], cap[1]), (-b + root) / a);
-        bool covered = disc > 0 && in < out;
+        /* the inverse's entry and the product have a rounding each, the sum with 0 none: a point at t <= away + 4 is
+         * moved by no more than 2 u (|o| + t |d|) in a component, |o| <= away + 1.5, |d| <= 1; in radius by twice that */
+        double moved = 2 * GAMMA(2) * (2 * away + 6);
+        Quad in[2] = {0, 0}, out[2] = {0, 0};
+        bool surely = meets_cylinder(o, e, 1 - moved, &in[0], &out[0]);
+        bool perhaps = meets_cylinder(o, e, 1 + moved, &in[1], &out[1]);
         Hit hit;
         Surface at;
-        bool found = placed_hit(&s, &inverse, &ray, &hit, &at);
-        /* 100 units away, times four roundings: lengths of chord below this are the rounding's */
-        Quad doubt = q_min(q_abs(disc) / a, q_abs(out - in));
-        row_trial(row, doubt < 0x1p-40 || found == covered, "radius %g: covered %d, doubt %g, seed %llu", r, covered,
-                  (double)doubt, (unsigned long long)seed);
+        bool found = placed_hit(&s, &inverse, &ray, &hit, &at), ok = found ? perhaps : !surely;
+        /* the way in, or out for an origin inside, of one of the cylinders between the two */
+        if (found && surely && in[1] > 0) ok = ok && hit.t >= in[1] && hit.t <= in[0];
+        if (found && surely && in[0] <= 0) ok = ok && hit.t >= out[0] && hit.t <= out[1];
+        row->undecided += surely != perhaps;
+        row_trial(row, ok, "radius %g: found %d, surely %d, perhaps %d, t %g, seed %llu", r, found, surely, perhaps, hit.t,
+                  (unsigned long long)seed);
     }
     subject_close(&s);
 }

@@ -79,9 +79,11 @@ static void value(const Solver *s, int i, mpfr_t y)
     for (int k = p->degree - 1; k >= 0; k--) mpfr_fma(y, y, s->x, p->c[k], MPFR_RNDN);
 }
 
-static int sign_at(Solver *s, double x, double delta)
+/* At x + lo + delta. */
+static int sign_at(Solver *s, double x, double lo, double delta)
 {
     mpfr_set_d(s->x, x, MPFR_RNDN);
+    mpfr_add_d(s->x, s->x, lo, MPFR_RNDN);
     mpfr_add_d(s->x, s->x, delta, MPFR_RNDN);
     value(s, 0, s->y);
     return mpfr_sgn(s->y);
@@ -104,7 +106,7 @@ static bool nearly_touches(Solver *s, const double c[DEGREE + 1])
     int n = poly_roots(derivative, DEGREE - 1, -limit, limit, at);
     for (int i = 0; i < n; i++) {
         double hi = (double)at[i], lo = (double)(at[i] - hi);
-        sign_at(s, hi, lo);
+        sign_at(s, hi, lo, 0);
         if (fabs(mpfr_get_d(s->y, MPFR_RNDN)) <= 0x1p-95 * terms(c, hi)) return true;
     }
     return n < 1;
@@ -130,7 +132,7 @@ static void check_quartic(Row *row, Solver *s, const double c[DEGREE + 1], uint6
     Dd dd[DEGREE + 1];
     PolyRoot root[DEGREE];
     for (int i = 0; i <= DEGREE; i++) dd[i] = (Dd){c[i], 0};
-    int n = poly_quartic(dd, 0, root, NULL, NULL);
+    int n = poly_quartic(dd, NULL, root, NULL, NULL);
     solver_chain(s, c);
     int expected = solver_count(s);
     if (n != expected) {
@@ -140,12 +142,12 @@ static void check_quartic(Row *row, Solver *s, const double c[DEGREE + 1], uint6
     }
     double before = -INFINITY;
     for (int i = 0; i < n; i++) {
-        double x = root[i].x, err = root[i].err;
-        bool alone = x - err > before && (i + 1 == n || x + err < root[i + 1].x - root[i + 1].err);
+        double x = root[i].x, lo = root[i].lo, err = root[i].err, next = i + 1 < n ? root[i + 1].x : INFINITY;
+        bool alone = x - err > before && (i + 1 == n || x + err < next - root[i + 1].err);
         before = x + err;
-        sign_at(s, x, 0);
+        sign_at(s, x, 0, 0);
         double slack = fabs(mpfr_get_d(s->y, MPFR_RNDN)) / (UNIT_ROUNDOFF * terms(c, x));
-        bool held = !alone || sign_at(s, x, -err) * sign_at(s, x, err) <= 0;
+        bool held = !alone || sign_at(s, x, lo, -err) * sign_at(s, x, lo, err) <= 0;
         if (!held || slack > 16) {
             row_trial(row, false, "seed %llu: %s, backward error %.3g u, x %a: %a %a %a %a %a", (unsigned long long)seed,
                       held ? "in bound" : "out of bound", slack, x, c[4], c[3], c[2], c[1], c[0]);
@@ -248,7 +250,8 @@ void quadratics(Row *row, uint64_t trials)
             c = seed % 50 == 2 ? 0 : random_number(&rng, exponent);
         }
         PolyRoot root[2];
-        int n = poly_quadratic(a, b, c, root), expected = 2 * true_roots(&s, a, b, c, truth);
+        Dd poly[3] = {{c, 0}, {b, 0}, {a, 0}};
+        int n = poly_quadratic(poly, NULL, root), expected = 2 * true_roots(&s, a, b, c, truth);
         double worst = 0;
         bool held = n == expected;
         for (int i = 0; held && i < n; i++) {
@@ -258,8 +261,10 @@ void quadratics(Row *row, uint64_t trials)
                 continue;
             }
             mpfr_sub_d(s.y, truth[i], root[i].x, MPFR_RNDN);
+            mpfr_sub_d(s.q, s.y, root[i].lo, MPFR_RNDN);
+            mpfr_abs(s.q, s.q, MPFR_RNDN);
+            held = mpfr_cmp_d(s.q, root[i].err) <= 0;
             mpfr_abs(s.y, s.y, MPFR_RNDN);
-            held = mpfr_cmp_d(s.y, root[i].err) <= 0;
             mpfr_div_d(s.y, s.y, size == DBL_MAX ? 0x1p971 : nextafter(size, INFINITY) - size, MPFR_RNDN);
             worst = fmax(worst, fabs(mpfr_get_d(s.y, MPFR_RNDN)));
         }

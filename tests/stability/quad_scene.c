@@ -15,6 +15,7 @@ typedef struct { Quad v[3]; } Q3;
 typedef struct {
     const QuadScene *scene;
     Quad grown, shading_grown;
+    bool opposed;     /* spheres shrink where boxes grow: roundings are each solid's own */
     Quad window;      /* crossings nearer than this to either end of a shadow segment don't shade */
     Quad tolerance;   /* grows with what the slack does to a colour */
 } View;
@@ -117,6 +118,8 @@ static bool crossings(const QuadSolid *s, Quad grown, Q3 o, Q3 d, Quad t[2], int
     return t[0] < t[1];
 }
 
+static Quad growth(const View *view, const QuadSolid *s, Quad grown) { return view->opposed && !s->box ? -grown : grown; }
+
 static bool nearest(const View *view, Q3 o, Q3 d, Quad tmin, QuadHit *hit)
 {
     hit->solid = -1;
@@ -124,7 +127,7 @@ static bool nearest(const View *view, Q3 o, Q3 d, Quad tmin, QuadHit *hit)
         const QuadSolid *s = &view->scene->solid[i];
         Quad t[2] = {0, 0};
         int axis[2] = {0, 0};
-        if (!crossings(s, view->grown, o, d, t, axis)) continue;
+        if (!crossings(s, growth(view, s, view->grown), o, d, t, axis)) continue;
         int k = t[0] > tmin ? 0 : 1;
         if (!(t[k] > tmin) || (hit->solid >= 0 && t[k] >= hit->t)) continue;
         hit->t = t[k];
@@ -146,8 +149,9 @@ static bool is_shaded(const View *view, int own, Q3 p, Q3 to_light, Quad distanc
     for (int i = 0; i < view->scene->solids; i++) {
         Quad t[2] = {0, 0};
         int axis[2] = {0, 0};
-        Quad grown = i == own ? view->grown : view->shading_grown;
-        if (!crossings(&view->scene->solid[i], grown, p, to_light, t, axis)) continue;
+        const QuadSolid *s = &view->scene->solid[i];
+        Quad grown = growth(view, s, i == own ? view->grown : view->shading_grown);
+        if (!crossings(s, grown, p, to_light, t, axis)) continue;
         for (int k = 0; k < 2; k++)
             if (t[k] > w && t[k] < 1 - w) return true;
     }
@@ -247,12 +251,13 @@ static Quad widen(View *view, const QuadCamera *c, uint32_t x, uint32_t y, Quad 
     const QuadScene *scene = view->scene;
     Quad shift = scene->turn / (2 * length(c->up) / scene->height), tolerance = 0;
     Quad window = view->window;
-    for (int i = 0; i < 3 * 3 * 5 * 2; i++) {
+    for (int i = 0; i < 3 * 3 * 5 * 2 * 2; i++) {
         static const int places[5][2] = {{0, 0}, {1, 0}, {-1, 0}, {0, 1}, {0, -1}};
         Quad colour[3];
         view->grown = (i % 3 - 1) * (Quad)scene->slack;
         view->shading_grown = (i / 3 % 3 - 1) * (Quad)scene->slack;
-        view->window = i / 45 ? (Quad)scene->slack : window;
+        view->window = i / 45 % 2 ? (Quad)scene->slack : window;
+        view->opposed = i / 90;
         const int *place = places[i / 9 % 5];
         pixel(view, c, x + (Quad)0.5 + place[0] * shift, y + (Quad)0.5 + place[1] * shift, colour);
         tolerance = q_max(tolerance, view->tolerance);
@@ -263,6 +268,7 @@ static Quad widen(View *view, const QuadCamera *c, uint32_t x, uint32_t y, Quad 
     }
     view->grown = view->shading_grown = 0;
     view->window = window;
+    view->opposed = false;
     return tolerance;
 }
 

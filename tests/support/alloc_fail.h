@@ -1,5 +1,5 @@
 /* Makes allocations fail on purpose. A test that includes this as "support/alloc_fail.h" is linked so that
- * malloc, calloc and realloc of the program (not those inside other libraries) come through here.
+ * malloc, calloc, realloc and aligned_alloc of the program (not those inside other libraries) come through here.
  *
  *     for (long n = 1;; n++) {
  *         alloc_fail_at(n);

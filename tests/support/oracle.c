@@ -35,12 +35,15 @@ Quad q_sqrt(Quad x)
 /* Larger than any t that a double holds. */
 #define Q_FAR ((Quad)DBL_MAX * DBL_MAX)
 
-typedef struct { Quad o[3], d[3], t0; } QLine;   /* the ray's t is t0 + r */
+/* Eight roundings of quad precision: what a component, a short sum of products or a quotient has of them, to spare. */
+#define Q_ERR ((Quad)0x1p-110)
 
-/* The ray's line about its point nearest to the origin. */
+/* The ray's line about its point nearest to the origin: the ray's t is t0 + r. err bounds the error of o. */
+typedef struct { Quad o[3], d[3], err[3], t0; } QLine;
+
 static QLine q_line(const Ray *ray)
 {
-    QLine l = {{ray->o.x, ray->o.y, ray->o.z}, {ray->d.x, ray->d.y, ray->d.z}, 0};
+    QLine l = {.o = {ray->o.x, ray->o.y, ray->o.z}, .d = {ray->d.x, ray->d.y, ray->d.z}};
     for (int round = 0; round < 2; round++) {
         Quad od = 0, dd = 0;
         for (int i = 0; i < 3; i++) {
@@ -49,7 +52,10 @@ static QLine q_line(const Ray *ray)
         }
         Quad t = -od / dd;
         l.t0 += t;
-        for (int i = 0; i < 3; i++) l.o[i] += t * l.d[i];
+        for (int i = 0; i < 3; i++) {
+            l.err[i] += Q_ERR * (l.d[i] == 0 ? 0 : q_abs(l.o[i]) + q_abs(t * l.d[i]));
+            l.o[i] += t * l.d[i];
+        }
     }
     return l;
 }
@@ -97,155 +103,240 @@ static Quad poly_zero(const Quad *c, const Quad *derivative, int degree, Quad a,
     return (a + b) / 2;
 }
 
-int poly_roots(const Quad *c, int degree, Quad lo, Quad hi, Quad *root)
+/* The sign changes between the stationary points stop[1] to stop[stops]; stop[0] and stop[stops + 1] are the ends. */
+static int roots_between(const Quad *c, const Quad *derivative, int degree, const Quad *stop, int stops, Quad *root)
 {
-    if (degree == 0) return 0;
-    Quad derivative[8], stop[10];
-    for (int i = 1; i <= degree; i++) derivative[i - 1] = c[i] * i;
-    int stops = poly_roots(derivative, degree - 1, lo, hi, stop + 1), n = 0;
-    stop[0] = lo;
-    stop[stops + 1] = hi;
+    int n = 0;
     for (int i = 0; i <= stops; i++)
         if ((poly(c, degree, stop[i]) < 0) != (poly(c, degree, stop[i + 1]) < 0))
             root[n++] = poly_zero(c, derivative, degree, stop[i], stop[i + 1]);
     return n;
 }
 
-/* Roots of a r^2 + 2 b r + c as an interval; false if there are none. */
-static bool q_quadratic(Quad a, Quad b, Quad c, Quad r[2])
+int poly_roots(const Quad *c, int degree, Quad lo, Quad hi, Quad *root)
 {
-    Quad disc = b * b - a * c;
-    if (disc <= 0) return false;
-    Quad root = q_sqrt(disc), q = b < 0 ? -b + root : -b - root;
-    r[0] = q_min(q / a, c / q);
-    r[1] = q_max(q / a, c / q);
-    return true;
+    if (degree == 0) return 0;
+    if (degree == 1) {
+        if (c[1] == 0) return 0;
+        root[0] = -c[0] / c[1];
+        return root[0] > lo && root[0] < hi;
+    }
+    Quad derivative[8], stop[10];
+    for (int i = 1; i <= degree; i++) derivative[i - 1] = c[i] * i;
+    int stops = poly_roots(derivative, degree - 1, lo, hi, stop + 1);
+    stop[0] = lo;
+    stop[stops + 1] = hi;
+    return roots_between(c, derivative, degree, stop, stops, root);
 }
 
-static void finish_interval(Quad in, Quad out, const QLine *l, Truth *truth)
+typedef struct { Quad t, err; } QCrossing;
+
+/* How far a figure is from 0, in units of its error. */
+static void must_differ(Truth *truth, Quad figure, Quad err)
 {
-    Quad length = q_sqrt(l->d[0] * l->d[0] + l->d[1] * l->d[1] + l->d[2] * l->d[2]);
-    truth->margin = q_min(truth->margin, q_abs(out - in) * length);
+    if (err > 0) truth->sure = q_min(truth->sure, q_abs(figure) / err);
+}
+
+/* The quadric sum of sign[i] x_i^2 + k along the line, a r^2 + 2 b r + c, and the errors of a, b, c. */
+typedef struct { Quad a, b, c, ea, eb, ec; } QForm;
+
+static QForm q_form(const QLine *l, const int sign[3], int k)
+{
+    QForm f = {.c = k, .ec = k != 0 ? Q_ERR : 0};
+    for (int i = 0; i < 3; i++) {
+        if (sign[i] == 0) continue;
+        Quad o = l->o[i], d = l->d[i], e = l->err[i];
+        f.a += sign[i] * d * d;
+        f.b += sign[i] * o * d;
+        f.c += sign[i] * o * o;
+        f.ea += Q_ERR * d * d;
+        f.eb += Q_ERR * q_abs(o * d) + e * q_abs(d);
+        f.ec += Q_ERR * o * o + e * (2 * q_abs(o) + e);
+    }
+    return f;
+}
+
+/* Roots in ascending order; 0 or 2 of them, or 1 if a is 0. */
+static int form_roots(const QForm *f, const QLine *l, QCrossing x[2], Truth *truth)
+{
+    if (f->a != 0) must_differ(truth, f->a, f->ea);
+    if (f->a == 0) {
+        must_differ(truth, f->b, f->eb);
+        if (f->b == 0) return 0;
+    }
+    Quad disc = f->b * f->b - f->a * f->c;
+    Quad e_disc = Q_ERR * (f->b * f->b + q_abs(f->a * f->c)) + 2 * q_abs(f->b) * f->eb + q_abs(f->a) * f->ec +
+                  q_abs(f->c) * f->ea;
+    must_differ(truth, disc, e_disc);
+    if (disc <= 0) return 0;
+    Quad root = q_sqrt(disc), q = f->b < 0 ? -f->b + root : -f->b - root;
+    Quad eq = f->eb + e_disc / root + Q_ERR * q_abs(q), r[2] = {f->c / q, f->a == 0 ? 0 : q / f->a};
+    Quad err[2] = {2 * (f->ec + q_abs(r[0]) * eq) / q_abs(q), 0};
+    int n = f->a == 0 ? 1 : 2;
+    if (n == 2) err[1] = 2 * (eq + q_abs(r[1]) * f->ea) / q_abs(f->a);
+    bool swap = n == 2 && r[1] < r[0];
+    for (int i = 0; i < n; i++) {
+        int j = swap ? 1 - i : i;
+        x[i] = (QCrossing){l->t0 + r[j], err[j] + Q_ERR * (q_abs(l->t0) + q_abs(r[j]))};
+    }
+    return n;
+}
+
+static void finish_interval(QCrossing in, QCrossing out, Truth *truth)
+{
+    must_differ(truth, out.t - in.t, in.err + out.err);
     truth->n = 0;
-    if (in >= out) return;
-    truth->t[0] = l->t0 + in;
-    truth->t[1] = l->t0 + out;
+    if (in.t >= out.t) return;
+    truth->t[0] = in.t;
+    truth->t[1] = out.t;
+    truth->err[0] = in.err;
+    truth->err[1] = out.err;
     truth->n = 2;
 }
 
-/* From the ray's own origin: moved to the nearest point, a steep plane's t would lose digits. */
-static void slab(const QLine *l, double origin, int axis, Quad lo, Quad hi, Quad *in, Quad *out, Quad *margin)
+static QCrossing later(QCrossing a, QCrossing b) { return a.t < b.t ? b : a; }
+static QCrossing sooner(QCrossing a, QCrossing b) { return b.t < a.t ? b : a; }
+
+/* From the ray's own origin. Along the planes the comparison is exact. */
+static void slab(double o, double d, int lo, int hi, QCrossing *in, QCrossing *out)
 {
-    Quad o = origin, d = l->d[axis];
-    *margin = q_min(*margin, 1);
     if (d == 0) {
-        *margin = q_min(*margin, q_min(q_abs(o - lo), q_abs(o - hi)));
         bool inside = o >= lo && o <= hi;
-        *in = inside ? -Q_FAR : Q_FAR;
-        *out = -*in;
+        *in = (QCrossing){inside ? -Q_FAR : Q_FAR, 0};
+        *out = (QCrossing){-in->t, 0};
         return;
     }
-    Quad a = (lo - o) / d - l->t0, b = (hi - o) / d - l->t0;
-    *in = q_min(a, b);
-    *out = q_max(a, b);
+    Quad a = ((Quad)lo - o) / d, b = ((Quad)hi - o) / d;
+    *in = (QCrossing){q_min(a, b), Q_ERR * q_abs(q_min(a, b))};
+    *out = (QCrossing){q_max(a, b), Q_ERR * q_abs(q_max(a, b))};
 }
 
 void sphere_truth(double minor, const Ray *ray, Truth *truth)
 {
     (void)minor;
     QLine l = q_line(ray);
-    Quad a = 0, b = 0, c = -1, r[2] = {0, 0};
-    for (int i = 0; i < 3; i++) {
-        a += l.d[i] * l.d[i];
-        b += l.o[i] * l.d[i];
-        c += l.o[i] * l.o[i];
-    }
-    truth->margin = q_abs(c - b * b / a);
-    q_quadratic(a, b, c, r);
-    finish_interval(r[0], r[1], &l, truth);
-    if (truth->n == 0) truth->margin = q_abs(c - b * b / a);
+    QForm f = q_form(&l, (const int[]){1, 1, 1}, -1);
+    QCrossing x[2];
+    *truth = (Truth){.sure = Q_FAR};
+    if (form_roots(&f, &l, x, truth) == 2) finish_interval(x[0], x[1], truth);
 }
 
 void cube_truth(double minor, const Ray *ray, Truth *truth)
 {
     (void)minor;
-    QLine l = {{0, 0, 0}, {ray->d.x, ray->d.y, ray->d.z}, 0};
-    Quad in = -Q_FAR, out = Q_FAR;
-    truth->margin = 1;
+    QCrossing in = {-Q_FAR, 0}, out = {Q_FAR, 0};
+    *truth = (Truth){.sure = Q_FAR};
     for (int i = 0; i < 3; i++) {
-        Quad a, b;
-        slab(&l, vec3_get(ray->o, i), i, 0, 1, &a, &b, &truth->margin);
-        in = q_max(in, a);
-        out = q_min(out, b);
+        QCrossing a, b;
+        slab(vec3_get(ray->o, i), vec3_get(ray->d, i), 0, 1, &a, &b);
+        in = later(in, a);
+        out = sooner(out, b);
     }
-    finish_interval(in, out, &l, truth);
+    finish_interval(in, out, truth);
 }
 
 void cylinder_truth(double minor, const Ray *ray, Truth *truth)
 {
     (void)minor;
     QLine l = q_line(ray);
-    Quad a = l.d[0] * l.d[0] + l.d[2] * l.d[2], b = l.o[0] * l.d[0] + l.o[2] * l.d[2];
-    Quad c = l.o[0] * l.o[0] + l.o[2] * l.o[2] - 1, r[2] = {-Q_FAR, Q_FAR}, in, out;
-    truth->margin = q_abs(a == 0 ? c : c - b * b / a);
-    slab(&l, ray->o.y, 1, -1, 1, &in, &out, &truth->margin);
-    truth->n = 0;
-    if (a == 0 ? c > 0 : !q_quadratic(a, b, c, r)) return;
-    finish_interval(q_max(in, r[0]), q_min(out, r[1]), &l, truth);
+    QForm f = q_form(&l, (const int[]){1, 0, 1}, -1);
+    QCrossing x[2] = {{-Q_FAR, 0}, {Q_FAR, 0}}, in, out;
+    *truth = (Truth){.sure = Q_FAR};
+    slab(ray->o.y, ray->d.y, -1, 1, &in, &out);
+    if (f.a == 0) {
+        must_differ(truth, f.c, f.ec);
+        if (f.c > 0) return;
+    } else if (form_roots(&f, &l, x, truth) == 0) {
+        return;
+    }
+    finish_interval(later(in, x[0]), sooner(out, x[1]), truth);
+}
+
+/* Lines through the apex itself, as products of doubles are exact: they stay inside from there down to the base, or on
+ * the side, unless they are flatter than it and only touch the apex. Flatter by a rounding or two, either is right. */
+#define HARDLY_FLATTER ((Quad)0x1p-50)
+
+static bool apex_line(const Ray *ray, Truth *truth)
+{
+    Quad o[3] = {ray->o.x, ray->o.y, ray->o.z}, d[3] = {ray->d.x, ray->d.y, ray->d.z};
+    if (d[1] == 0) return false;
+    double t = -ray->o.y / ray->d.y;
+    for (int i = 0; i < 3; i++)
+        if (o[i] != -t * d[i]) return false;
+    Quad base = (-1 - o[1]) / d[1], a = d[0] * d[0] + d[2] * d[2] - d[1] * d[1];
+    bool open = a > 0 && a < HARDLY_FLATTER * d[1] * d[1];
+    *truth = (Truth){.t = {q_min(t, base), q_max(t, base)}, .n = a > 0 ? 0 : 2, .sure = open ? 0 : Q_FAR};
+    truth->err[base < t ? 0 : 1] = Q_ERR * q_abs(base);
+    return true;
 }
 
 void cone_truth(double minor, const Ray *ray, Truth *truth)
 {
+    if (apex_line(ray, truth)) return;
     (void)minor;
     QLine l = q_line(ray);
-    Quad a = l.d[0] * l.d[0] - l.d[1] * l.d[1] + l.d[2] * l.d[2];
-    Quad b = l.o[0] * l.d[0] - l.o[1] * l.d[1] + l.o[2] * l.d[2];
-    Quad c = l.o[0] * l.o[0] - l.o[1] * l.o[1] + l.o[2] * l.o[2];
-    Quad dd = l.d[0] * l.d[0] + l.d[1] * l.d[1] + l.d[2] * l.d[2];
-    Quad in, out, r[2] = {0, 0};
-    truth->n = 0;
-    truth->margin = q_abs(b * b - a * c) / dd;
-    slab(&l, ray->o.y, 1, -1, 0, &in, &out, &truth->margin);
-    if (in >= out) return;
+    QForm f = q_form(&l, (const int[]){1, -1, 1}, 0);
+    QCrossing in, out, x[2];
+    *truth = (Truth){.sure = Q_FAR};
+    slab(ray->o.y, ray->d.y, -1, 0, &in, &out);
+    if (in.t >= out.t) return;
     /* cut the slab at the roots: the piece whose middle is inside, y being below 0 throughout */
-    Quad cut[4] = {in, out, out, out};
-    int n = 1;
-    if (a == 0 && b != 0) r[0] = r[1] = -c / (2 * b);
-    else if (a != 0) q_quadratic(a, b, c, r);
-    for (int i = 0; i < 2; i++)
-        if (r[i] > cut[n - 1] && r[i] < out) cut[n++] = r[i];
+    QCrossing cut[4] = {in};
+    int n = 1, roots = form_roots(&f, &l, x, truth);
+    for (int i = 0; i < roots; i++) {
+        must_differ(truth, x[i].t - in.t, x[i].err + in.err);
+        must_differ(truth, x[i].t - out.t, x[i].err + out.err);
+        if (x[i].t > cut[n - 1].t && x[i].t < out.t) cut[n++] = x[i];
+    }
     cut[n] = out;
     for (int i = 0; i < n; i++) {
-        Quad m = (cut[i] + cut[i + 1]) / 2;
-        if ((a * m + 2 * b) * m + c <= 0 && cut[i] < cut[i + 1]) finish_interval(cut[i], cut[i + 1], &l, truth);
+        Quad m = (cut[i].t + cut[i + 1].t) / 2 - l.t0;
+        if ((f.a * m + 2 * f.b) * m + f.c <= 0 && cut[i].t < cut[i + 1].t) finish_interval(cut[i], cut[i + 1], truth);
     }
+}
+
+static Quad poly_error(const Quad *c, const Quad *err, int degree, Quad x)
+{
+    Quad y = 0, ax = q_abs(x);
+    for (int i = degree; i >= 0; i--) y = y * ax + err[i] + Q_ERR * q_abs(c[i]);
+    return y;
 }
 
 void torus_truth(double minor, const Ray *ray, Truth *truth)
 {
     QLine l = q_line(ray);
-    Quad a = 0, b = 0, c = 0, m = minor;
-    for (int i = 0; i < 3; i++) {
-        a += l.d[i] * l.d[i];
-        b += l.o[i] * l.d[i];
-        c += l.o[i] * l.o[i];
+    Quad m = minor, rim = (1 - m) * (1 + m), outer = (1 + m) * (1 + m);
+    QForm all = q_form(&l, (const int[]){1, 1, 1}, 0), flat = q_form(&l, (const int[]){1, 0, 1}, 0);
+    Quad a = all.a, b = all.b, k = all.c + rim, ek = all.ec + Q_ERR * (all.c + q_abs(rim));
+    *truth = (Truth){.sure = Q_FAR};
+    if (all.c > outer) {
+        must_differ(truth, all.c - outer, all.ec + Q_ERR * outer);
+        return;
     }
-    truth->n = 0;
-    truth->margin = q_abs(c - (1 + m) * (1 + m));
-    if (c > (1 + m) * (1 + m)) return;
-    Quad flat_a = l.d[0] * l.d[0] + l.d[2] * l.d[2], flat_b = l.o[0] * l.d[0] + l.o[2] * l.d[2];
-    Quad flat_c = l.o[0] * l.o[0] + l.o[2] * l.o[2], k = c + 1 - m * m;
-    Quad p[5] = {k * k - 4 * flat_c, 4 * b * k - 8 * flat_b, 4 * b * b + 2 * a * k - 4 * flat_a, 4 * a * b, a * a};
-    Quad derivative[4] = {p[1], 2 * p[2], 3 * p[3], 4 * p[4]}, stop[4], root[4];
+    /* (all + rim)^2 - 4 flat along the line */
+    Quad p[5] = {k * k - 4 * flat.c, 4 * b * k - 8 * flat.b, 4 * b * b + 2 * a * k - 4 * flat.a, 4 * a * b, a * a};
+    Quad err[5] = {2 * q_abs(k) * ek + 4 * flat.ec + Q_ERR * (k * k + 4 * flat.c),
+                   4 * (q_abs(b) * ek + q_abs(k) * all.eb) + 8 * flat.eb + Q_ERR * (4 * q_abs(b * k) + 8 * q_abs(flat.b)),
+                   8 * q_abs(b) * all.eb + 2 * (a * ek + q_abs(k) * all.ea) + 4 * flat.ea +
+                       Q_ERR * (4 * b * b + 2 * a * q_abs(k) + 4 * flat.a),
+                   4 * (a * all.eb + q_abs(b) * all.ea) + Q_ERR * 4 * a * q_abs(b), 2 * a * all.ea + Q_ERR * a * a};
+    Quad derivative[4] = {p[1], 2 * p[2], 3 * p[3], 4 * p[4]}, stop[5], root[4];
     Quad limit = 2 * (1 + m) / q_sqrt(a);
-    int stops = poly_roots(derivative, 3, -limit, limit, stop), n = poly_roots(p, 4, -limit, limit, root);
-    for (int i = 0; i < stops; i++)
-        truth->margin = q_min(truth->margin, q_abs(poly(p, 4, stop[i])) / (4 * m * m));
+    int stops = poly_roots(derivative, 3, -limit, limit, stop + 1);
+    stop[0] = -limit;
+    stop[stops + 1] = limit;
+    int n = roots_between(p, derivative, 4, stop, stops, root);
+    for (int i = 1; i <= stops; i++) must_differ(truth, poly(p, 4, stop[i]), poly_error(p, err, 4, stop[i]));
     /* the inner sheet of a spindle, |p|^2 + 1 - m^2 < 0, bounds nothing */
+    const Quad g[3] = {k, 2 * b, a}, eg[3] = {ek, 2 * all.eb, all.ea};
     for (int i = 0; i < n; i++) {
-        Quad g = (a * root[i] + 2 * b) * root[i] + k;
-        if (m > 1) truth->margin = q_min(truth->margin, q_abs(g));
-        if (m <= 1 || g >= 0) truth->t[truth->n++] = l.t0 + root[i];
+        Quad r = root[i], sheet = poly(g, 2, r);
+        if (m > 1) must_differ(truth, sheet, poly_error(g, eg, 2, r));
+        if (m > 1 && sheet < 0) continue;
+        Quad slope = q_abs(poly(derivative, 3, r));
+        /* 2^-100 r is what poly_zero makes sure of */
+        truth->err[truth->n] = 2 * poly_error(p, err, 4, r) / slope + 0x1p-100 * q_abs(r) + Q_ERR * q_abs(l.t0);
+        truth->t[truth->n++] = l.t0 + r;
     }
 }
 

@@ -21,12 +21,14 @@ Quad poly(const Quad *c, int degree, Quad x);
 /* All real roots in (lo, hi) where the polynomial changes its sign, ascending: between the roots of its derivative. */
 int poly_roots(const Quad *c, int degree, Quad lo, Quad hi, Quad *root);
 
-/* Crossings of the whole line, in pairs, ascending. */
+/* Crossings of the whole line, in pairs, ascending, each with a bound on what quad precision itself got wrong. */
 typedef struct {
-    Quad t[4];
+    Quad t[4], err[4];
     int n;
-    Quad margin;   /* how far, as a length, the line is from having other crossings than these */
+    Quad sure;   /* how many times its own error separates the line from another number of crossings */
 } Truth;
+
+static inline bool truth_decided(const Truth *truth) { return truth->sure >= 4; }
 
 typedef void OracleTruth(double minor, const Ray *ray, Truth *truth);
 OracleTruth sphere_truth, cube_truth, cylinder_truth, cone_truth, torus_truth;

@@ -19,6 +19,12 @@ static Mesh *mesh;
 
 static const double TORUS_MINOR = 0.375;
 
+/* The two ends of a part where lists differ may each be off by their bound, in each list. */
+static const double BOUNDS_SLACK = 2;
+
+/* A part so thin for its length runs along a surface. */
+static const double ALONG_SURFACE = 0x1p-10;
+
 Expr solid_leaf(int kind, Affine m)
 {
     return (Expr){.token = {{.is_leaf = true, .prim = solid_shape[kind], .to_csg = m}}, .count = 1};
@@ -64,6 +70,41 @@ Prim *solid_prim(const Expr *e)
     Prim *prim = csg_create(e->token, e->count, &bad, &err);
     CHECK(prim);
     return prim;
+}
+
+/* -- the laws of sets -- */
+
+const char *const SOLID_LAW_NAMES[] = {
+    "A - A = 0", "A x A = A", "A + A = A", "A - A' = 0", "A x A' = A", "A + A' = A", "A - (A - B) = A x B",
+    "U - (A + B) = (U - A) x (U - B)", "U - (A x B) = (U - A) + (U - B)", "A + B = B + A", "A x B = B x A",
+    "(A + B) + C = A + (B + C)", "(A x B) x C = A x (B x C)", "(A - B) - C = A - (B + C)", "(A - B) + (A x B) = A",
+    "(U - A) + A' = U", "(U - A) x A' = 0", "A + ((U - A') - B) = U - (B - A)"};
+
+void solid_laws(Law law[SOLID_LAWS], Expr a, Expr a2, Expr b, Expr c)
+{
+    Expr u = solid_box(-8, -8, -8, 8, 8, 8), none = {.count = 0};
+    Expr no_a = solid_minus(u, a), no_b = solid_minus(u, b);
+    Law made[SOLID_LAWS] = {
+        {solid_minus(a, a), none},
+        {solid_meet(a, a), a},
+        {solid_unite(a, a), a},
+        {solid_minus(a, a2), none},
+        {solid_meet(a, a2), a},
+        {solid_unite(a, a2), a},
+        {solid_minus(a, solid_minus(a, b)), solid_meet(a, b)},
+        {solid_minus(u, solid_unite(a, b)), solid_meet(no_a, no_b)},
+        {solid_minus(u, solid_meet(a, b)), solid_unite(no_a, no_b)},
+        {solid_unite(a, b), solid_unite(b, a)},
+        {solid_meet(a, b), solid_meet(b, a)},
+        {solid_unite(solid_unite(a, b), c), solid_unite(a, solid_unite(b, c))},
+        {solid_meet(solid_meet(a, b), c), solid_meet(a, solid_meet(b, c))},
+        {solid_minus(solid_minus(a, b), c), solid_minus(a, solid_unite(b, c))},
+        {solid_unite(solid_minus(a, b), solid_meet(a, b)), a},
+        {solid_unite(no_a, a2), u},
+        {solid_meet(no_a, a2), none},
+        {solid_unite(a, solid_minus(solid_minus(u, a2), b)), solid_minus(u, solid_minus(b, a))},
+    };
+    memcpy(law, made, sizeof made);
 }
 
 /* -- random numbers, poses and rays -- */
@@ -144,13 +185,7 @@ Ray solid_random_ray(Rng *rng, int kind, const Expr *e)
         do token = &e->token[rng_u32(rng) % e->count];
         while (!token->is_leaf);
         target = edge_point(rng, token);
-        /* From edge to edge half of the time. Not between neighbours: a short chord of a rim may lie in its flat face
-         * while the line leaves the face's plane by more than the bound before it leaves the leaf's box. */
-        Vec3 other = edge_point(rng, token);
-        /* A line in a mesh's face is in it or beside it by less than the roundings of its vertices: from inside, then. */
-        if (token->prim == solid_shape[CLOSED_MESH])
-            other = affine_point(&token->to_csg, solid_random_point(rng, 0.5));
-        if (rng_u32(rng) % 2 && vec3_length(vec3_sub(other, target)) > 0x1p-4) o = other;
+        if (rng_u32(rng) % 2) o = edge_point(rng, token);  /* from edge to edge, neighbours too: often within a face */
         break;
     }
     case RAY_FAR:
@@ -182,25 +217,6 @@ const Edge *solid_edge(const SegList *list, uint32_t i)
 {
     const Seg *seg = &list->seg[i / 2];
     return i % 2 ? &seg->out : &seg->in;
-}
-
-/* Whether the lists are the same but for parts no longer than the bounds of their ends allow: the edges of both are
- * walked in order, and where just one list is inside, the part's two ends must lie within `slack` bounds. */
-bool solid_same_segments(const SegList *a, const SegList *b, double slack)
-{
-    uint32_t i = 0, j = 0;
-    const Edge *open = NULL;  /* where the lists began to differ */
-    while (i < 2 * a->count || j < 2 * b->count) {
-        bool first = j >= 2 * b->count || (i < 2 * a->count && solid_edge(a, i)->t <= solid_edge(b, j)->t);
-        const Edge *edge = first ? solid_edge(a, i++) : solid_edge(b, j++);
-        if (i % 2 == j % 2) {
-            if (open && !(edge->t - open->t <= slack * (edge->t_err + open->t_err))) return false;
-            open = NULL;
-        } else {
-            open = edge;
-        }
-    }
-    return true;
 }
 
 void solid_print_ray(const char *name, const Ray *ray)
@@ -327,6 +343,148 @@ bool solid_agrees(const Expr *e, const QAffine *inverse, const SegList *list, co
     return true;
 }
 
+/* -- how thick a difference is -- */
+
+/* By Newton's steps from the double root: clang comes without libquadmath. */
+static Quad quad_sqrt(Quad x)
+{
+    Quad r = sqrt((double)x);
+    for (int k = 0; k < 2 && r > 0; k++) r = (r + x / r) / 2;
+    return r;
+}
+
+static Quad quad_abs(Quad x) { return x < 0 ? -x : x; }
+
+/* Signed distance of a point of leaf space to the surface of one smooth piece, in CSG space, to first order: f / |grad f|
+ * where the gradient is carried by the transposed inverse. */
+static Quad piece_distance(const QAffine *inverse, Quad f, const Quad grad[3])
+{
+    Quad square = 0;
+    for (int j = 0; j < 3; j++) {
+        Quad g = 0;
+        for (int i = 0; i < 3; i++) g += inverse->m[i][j] * grad[i];
+        square += g * g;
+    }
+    return f / quad_sqrt(square);
+}
+
+static Quad axis_distance(const QAffine *inverse, int axis, Quad f, int sign)
+{
+    Quad grad[3] = {0, 0, 0};
+    grad[axis] = sign;
+    return piece_distance(inverse, f, grad);
+}
+
+static Quad least(Quad a, Quad b) { return a < b ? a : b; }
+
+/* How deep a point of CSG space lies in a leaf, negative outside: of all pieces the least distance, which near the
+ * surface is that along the normal. The mesh is convex, so its planes will do. */
+static Quad distance_inside(const Prim *prim, const QAffine *inverse, const Quad at[3])
+{
+    Quad p[3], d = INFINITY;
+    for (int i = 0; i < 3; i++) {
+        const Quad *m = inverse->m[i];
+        p[i] = m[0] * at[0] + m[1] * at[1] + m[2] * at[2] + m[3];
+    }
+    Quad rho = quad_sqrt(p[0] * p[0] + p[2] * p[2]);
+    Quad radial[3] = {rho > 0 ? p[0] / rho : 1, 0, rho > 0 ? p[2] / rho : 0};
+    if (prim == solid_shape[SPHERE]) return piece_distance(inverse, (1 - rho * rho - p[1] * p[1]) / 2, p);
+    if (prim == solid_shape[CUBE]) {
+        for (int i = 0; i < 3; i++) {
+            d = least(d, axis_distance(inverse, i, p[i], 1));
+            d = least(d, axis_distance(inverse, i, 1 - p[i], -1));
+        }
+        return d;
+    }
+    if (prim == solid_shape[CYLINDER]) {
+        d = least(axis_distance(inverse, 1, 1 - p[1], -1), axis_distance(inverse, 1, 1 + p[1], 1));
+        return least(d, piece_distance(inverse, 1 - rho, radial));
+    }
+    if (prim == solid_shape[CONE]) {
+        radial[1] = 1;
+        return least(axis_distance(inverse, 1, 1 + p[1], 1), piece_distance(inverse, -p[1] - rho, radial));
+    }
+    if (prim == solid_shape[TORUS]) {
+        Quad out = rho - 1, off = quad_sqrt(out * out + p[1] * p[1]);
+        Quad grad[3] = {radial[0] * out / off, p[1] / off, radial[2] * out / off};
+        return piece_distance(inverse, (Quad)TORUS_MINOR - off, grad);
+    }
+    for (uint32_t t = 0; t < mesh->triangle_count; t++) {
+        const Vec3 *v[3];
+        for (int k = 0; k < 3; k++) v[k] = &mesh->position[mesh->triangle[t][k]];
+        Quad e[3], f[3], n[3], off = 0;
+        for (int i = 0; i < 3; i++) {
+            e[i] = (Quad)vec3_get(*v[1], i) - vec3_get(*v[0], i);
+            f[i] = (Quad)vec3_get(*v[2], i) - vec3_get(*v[0], i);
+        }
+        for (int i = 0; i < 3; i++) {
+            n[i] = e[(i + 1) % 3] * f[(i + 2) % 3] - e[(i + 2) % 3] * f[(i + 1) % 3];
+            off += n[i] * (vec3_get(*v[0], i) - p[i]);
+        }
+        d = least(d, piece_distance(inverse, off, n));
+    }
+    return d;
+}
+
+Faces solid_faces(const Expr *a, const Expr *b)
+{
+    Faces faces = {.count = 0};
+    for (int k = 0; k < 2; k++) {
+        const Expr *e = k ? b : a;
+        for (size_t i = 0; i < e->count; i++) {
+            if (!e->token[i].is_leaf) continue;
+            Box box = affine_box(&e->token[i].to_csg, e->token[i].prim->ops->bounds(e->token[i].prim));
+            faces.reach = fmax(faces.reach, box_reach(box));
+            faces.prim[faces.count] = e->token[i].prim;
+            faces.inverse[faces.count++] = solid_q_inverse(&e->token[i].to_csg);
+        }
+    }
+    return faces;
+}
+
+/* How far from all surfaces the line gets between t0 and t1, at some evenly spread places. */
+static double part_thickness(const Faces *faces, const Ray *ray, double t0, double t1)
+{
+    enum { PLACES = 7 };
+    Quad thickest = 0;
+    for (int k = 0; k < PLACES; k++) {
+        Quad t = t0 + ((Quad)t1 - t0) * (2 * k + 1) / (2 * PLACES), nearest = INFINITY;
+        Quad p[3] = {ray->o.x + t * ray->d.x, ray->o.y + t * ray->d.y, ray->o.z + t * ray->d.z};
+        for (size_t i = 0; i < faces->count; i++)
+            nearest = least(nearest, quad_abs(distance_inside(faces->prim[i], &faces->inverse[i], p)));
+        if (nearest > thickest) thickest = nearest;
+    }
+    return (double)thickest;
+}
+
+Difference solid_difference(const Faces *faces, const SegList *a, const SegList *b, const Ray *ray)
+{
+    Difference difference = {0, false};
+    uint32_t i = 0, j = 0;
+    const Edge *open = NULL;  /* where the lists began to differ */
+    double step = vec3_length(ray->d);
+    while (i < 2 * a->count || j < 2 * b->count) {
+        bool first = j >= 2 * b->count || (i < 2 * a->count && solid_edge(a, i)->t <= solid_edge(b, j)->t);
+        const Edge *edge = first ? solid_edge(a, i++) : solid_edge(b, j++);
+        if (i % 2 != j % 2) {
+            open = edge;
+            continue;
+        }
+        if (!open) continue;
+        double way = vec3_max(vec3_abs(ray->o)) + fmax(fabs(open->t), fabs(edge->t)) * vec3_max(vec3_abs(ray->d));
+        double unit = UNIT_ROUNDOFF * fmax(way, faces->reach), length = (edge->t - open->t) * step;
+        bool claimed = edge->t - open->t <= BOUNDS_SLACK * (edge->t_err + open->t_err);
+        /* no part is thicker than long */
+        if (!claimed || length > difference.thickness * unit) {
+            double thickness = fmin(length, part_thickness(faces, ray, open->t, edge->t));
+            difference.thickness = fmax(difference.thickness, thickness / unit);
+            if (!claimed && !(thickness <= ALONG_SURFACE * length)) difference.unclaimed = true;
+        }
+        open = NULL;
+    }
+    return difference;
+}
+
 void solids_create(void)
 {
     mesh = mesh_sphere(8, 12, vec3_make(0, 0, 0));
@@ -335,7 +493,7 @@ void solids_create(void)
     solid_shape[CYLINDER] = cylinder_create();
     solid_shape[CONE] = cone_create();
     solid_shape[TORUS] = torus_create(TORUS_MINOR);
-    solid_shape[CLOSED_MESH] = mesh_prim_create(mesh, true, NULL);
+    solid_shape[CLOSED_MESH] = mesh_prim_create(mesh, true, NULL, NULL);
     for (int i = 0; i < SHAPES; i++) CHECK(solid_shape[i]);
     solid_scratch = (Scratch){.arena = arena_create()};
     CHECK(solid_scratch.arena);

@@ -33,6 +33,14 @@ Expr solid_moved(Expr e, Affine m);
 Expr solid_box(double x0, double y0, double z0, double x1, double y1, double z1);
 Expr solid_rod(double radius, double y0, double y1);
 
+/* The laws of set algebra for any solids A, B, C and A', which is A by other roundings; U is a large box. A right side
+ * without tokens is the empty solid. */
+enum { SOLID_LAWS = 18 };
+typedef struct { Expr left, right; } Law;
+extern const char *const SOLID_LAW_NAMES[SOLID_LAWS];
+
+void solid_laws(Law law[SOLID_LAWS], Expr a, Expr a2, Expr b, Expr c);
+
 /* The caller frees it with prim_destroy. */
 Prim *solid_prim(const Expr *e);
 
@@ -52,16 +60,40 @@ Ray solid_random_ray(Rng *rng, int kind, const Expr *e);
 SegList solid_segments(const Prim *prim, const Ray *ray);
 const Edge *solid_edge(const SegList *list, uint32_t i);
 
-/* Whether the lists are the same but for parts no longer than `slack` times the bounds of their ends. */
-bool solid_same_segments(const SegList *a, const SegList *b, double slack);
-
 void solid_print_ray(const char *name, const Ray *ray);
 void solid_print_list(const char *name, const SegList *list);
+
+/* The greatest thickness of a Difference that two ways to make the same solid may have. A face is placed by a matrix of up
+ * to four products of four roundings, its inverse by as many, the ray's transform adds four for the origin and four for
+ * the way: 24 for each solid. The absolute values in the rows of a rotation and of its inverse add up to sqrt(3) each, so
+ * with both that is 2 x 24 x 3. */
+#define SOLID_THICKEST 144
 
 /* The oracle: each leaf's inverse (of the analytic shapes), and whether the list is inside where the set of points is. */
 typedef struct { Quad m[3][4]; } QAffine;
 
 QAffine solid_q_inverse(const Affine *a);
 bool solid_agrees(const Expr *e, const QAffine *inverse, const SegList *list, const Ray *ray);
+
+/* The surfaces of all leaves of two expressions (of b without tokens: of one). */
+typedef struct {
+    size_t count;
+    double reach;  /* the greatest coordinate of any leaf */
+    const Prim *prim[2 * MAX_TOKENS];
+    QAffine inverse[2 * MAX_TOKENS];
+} Faces;
+
+Faces solid_faces(const Expr *a, const Expr *b);
+
+/* What of the line is inside in one list and not in the other.
+ * `thickness`: of the thickest part, how far from the nearest surface the line gets in it, along the normal and not along
+ * the line, in __float128 and whatever the lists claim of their bounds; in units of u times the greatest coordinate of
+ * the ray's origin, of its way and of the leaves.
+ * `unclaimed`: whether a part is longer than twice the bounds of its ends. A part along a surface, longer than 2^10 times
+ * its thickness, is left to its thickness: there the roundings decide whether there is a crossing at all, and one list
+ * has no end that could tell. */
+typedef struct { double thickness; bool unclaimed; } Difference;
+
+Difference solid_difference(const Faces *faces, const SegList *a, const SegList *b, const Ray *ray);
 
 #endif

@@ -22,7 +22,18 @@
  *    have a point in common: then moving every face by no more than its bound makes them really one. (Chaining, where
  *    each overlaps but the next, would let one grazing face with its long interval join the two sides of a thick
  *    wall.) A leaf that goes in and out within a group is a sliver of its own, and changes nothing. Results thinner
- *    than the bounds of their two ends, which can remain between neighbouring groups, are dropped. */
+ *    than the bounds of their two ends, which can remain between neighbouring groups, are dropped.
+ *
+ * 4. Rays in faces. Where a ray lies in a leaf's face, the error of the place decides whether there is a crossing at all,
+ *    and leaves that share the face may decide differently: a ray between two boxes that abut would see both or none.
+ *    Which leaves these are is found by asking them: eight lines beside the ray, as far as the bound on the place's error,
+ *    meet the leaf as often as the ray does, or else nothing is certain. Then the ray is taken to pass the leaf as a
+ *    line does that is moved aside, until it passes clearly, in one direction of CSG space for all leaves, that no face
+ *    is likely to have (in the manner of the simulation of simplicity, Edelsbrunner and Muecke 1990). So a face that
+ *    several leaves share is passed on the same side of all of them. That decides on the parts; their ends are then
+ *    those of the line moved least that has as many. The lines beside the ray also give the bounds of crossings at
+ *    grazing angles, where the surface between is no plane. All this is done only for a ray along a face, or with a
+ *    crossing of little slope. */
 #include "node/csg/csg.h"
 
 #include <assert.h>
@@ -42,6 +53,7 @@ enum {
     SLAB_ROUNDINGS = 32,
     /* A ray that starts farther away than so many times the reach is moved to the solid first. */
     FAR_ORIGIN = 4,
+    ASIDE_STEPS = 12,
     LEAVES_PER_NODE = 4,
     LOCAL_EVENTS = 24,   /* as many live on the stack */
     LOCAL_GATES = 16,
@@ -55,6 +67,7 @@ typedef struct {
     uint32_t gate;
     bool flip;           /* its complement counts */
     bool identity;
+    bool coarse;         /* its place may be off by more than the slopes that SegList.along tells apart */
     uint32_t shown;
     Affine to_csg;
     Box bounds;          /* leaf space */
@@ -111,6 +124,7 @@ typedef struct {
     Vec3 o, d, inv;      /* the moved ray and 1 / d */
     double shift;        /* t of its origin on the ray as given */
     SegList segs;        /* of all leaves, one after the other */
+    SegList beside;      /* of a leaf and a line beside the ray */
     Event *event;
     uint32_t count, capacity;
     uint32_t *order;     /* of the events by t; in the end its first `result_count` are those of the result */
@@ -154,6 +168,8 @@ static void clip_slab(double lo, double hi, double o, double inv, double *near, 
     if (b < *far) *far = b;
 }
 
+static Box box_pad(Box box, Vec3 by) { return (Box){vec3_sub(box.lo, by), vec3_add(box.hi, by)}; }
+
 static bool clip_box(Box box, Vec3 o, Vec3 inv, double *near, double *far)
 {
     clip_slab(box.lo.x, box.hi.x, o.x, inv.x, near, far);
@@ -193,111 +209,240 @@ static Vec3 place_error(const Leaf *leaf, Vec3 o, Vec3 d, double t)
     return vec3_at(leaf->spread, GAMMA(4), abs_linear(&leaf->to_leaf, reach));
 }
 
-/* A ray in the plane of a flat face, or along a line of a cylinder's side, is taken to run beside it, on the same side
- * of all leaves' faces there, as if it were moved by a tiny step in this direction of CSG space (in the manner of the
- * simulation of simplicity, Edelsbrunner and Muecke 1990). It is in no plane that a scene is likely to have. */
-static const Vec3 ASIDE = {0.8017837257372732, 0.5122083536123418, 0.3079614987123441};
-
-/* Does so for one leaf, where the ray lies in a face as nearly as the leaf's matrix and the ray's transform tell: so a
- * ray sees just one of two boxes that abut there, not both or none, and the same of A and of A by other roundings. In a
- * face of the leaf's box (a cube's face, a flat end) it is put exactly into the plane, which counts as inside, or misses
- * the leaf (false). Along an axis of the leaf it is moved by more than the bound. *moved_by gets how far it was moved. */
-static bool step_aside(const Leaf *leaf, Vec3 place_err, Ray *ray, Vec3 *moved_by)
+static Ray leaf_ray(const Leaf *leaf, Vec3 o, Vec3 d)
 {
-    double o[3] = {ray->o.x, ray->o.y, ray->o.z}, d[3] = {ray->d.x, ray->d.y, ray->d.z}, by[3] = {0, 0, 0};
-    int along = fabs(d[0]) >= fabs(d[1]) && fabs(d[0]) >= fabs(d[2]) ? 0 : fabs(d[1]) >= fabs(d[2]) ? 1 : 2;
-    double extent = vec3_get(leaf->bounds.hi, along) - vec3_get(leaf->bounds.lo, along);
-    double middle = vec3_get(leaf->bounds.lo, along) + 0.5 * extent;
-    double t = (middle - o[along]) / d[along], half_length = 0.5 * extent / fabs(d[along]);
-    Vec3 aside = affine_vector(&leaf->to_leaf, ASIDE);
-    int a = (along + 1) % 3, b = (along + 2) % 3;
-    double err_a = 2 * vec3_get(place_err, a), err_b = 2 * vec3_get(place_err, b);
-    bool flat_a = fabs(d[a]) * half_length <= err_a, flat_b = fabs(d[b]) * half_length <= err_b;
-    if (flat_a && flat_b) {
-        double length = hypot(vec3_get(aside, a), vec3_get(aside, b));
-        if (!(length > 0)) return true;
-        double step = 2 * (err_a + err_b) / length;
-        for (int k = 0, i = a; k < 2; k++, i = b) {
-            by[i] = step * fabs(vec3_get(aside, i)) + err_a + err_b;
-            o[i] += t * d[i] + step * vec3_get(aside, i);
-            d[i] = 0;
-        }
-    } else if (flat_a || flat_b) {
-        int i = flat_a ? a : b;
-        double p = o[i] + t * d[i], lo = vec3_get(leaf->bounds.lo, i), hi = vec3_get(leaf->bounds.hi, i);
-        bool at_lo = fabs(p - lo) < fabs(p - hi);
-        by[i] = flat_a ? err_a : err_b;
-        if (!(fabs(p - (at_lo ? lo : hi)) <= by[i])) return true;
-        if (at_lo != (vec3_get(aside, i) > 0)) return false;
-        o[i] = at_lo ? lo : hi;
-        d[i] = 0;
-    } else {
-        return true;
+    if (leaf->identity) return (Ray){o, d, -INFINITY, INFINITY};
+    return (Ray){affine_point(&leaf->to_leaf, o), affine_vector(&leaf->to_leaf, d), -INFINITY, INFINITY};
+}
+
+/* How far t may be off: the primitive's own bound, and what the error of the place in leaf space makes of it. */
+static double edge_error(const Edge *edge, Vec3 d, Vec3 place_err)
+{
+    double err = edge->t_err + vec3_dot(vec3_abs(edge->n), place_err) / fabs(vec3_dot(edge->n, d));
+    return err <= INFINITY ? err : INFINITY;
+}
+
+/* Between these are the angles of a surface's normals at the ends of a chord that is E deep, sqrt(8 E / r) for the radius
+ * r, with E from u to 2^-24; those of triangles that should lie in one plane are below. */
+static const double TANGENT_LEAST = 0x1p-30, TANGENT_MOST = 0x1p-10;
+
+/* Whether a part of the line is only a sliver that may be there or not, as the error of the place has it. A corner that is
+ * cut off: short, and no longer than the errors of its two ends and of lines moved by as much again. Or what a tangent
+ * cuts off a curved surface: the normals of its ends are nearly the same, and it is up to 2 E deep, where its length is
+ * that of four errors. What is not a sliver and yet may be there or not lies in a face or along a ruled line. */
+static bool is_sliver(const Seg *seg, Vec3 d, Vec3 place_err)
+{
+    double length = seg->out.t - seg->in.t;
+    double err = edge_error(&seg->in, d, place_err) + edge_error(&seg->out, d, place_err);
+    if (length * largest(vec3_abs(d)) <= largest(place_err) / ALONG) return length <= 2 * err;
+    if (length > 4 * err) return false;
+    double angle = vec3_length(vec3_sub(vec3_normalize(seg->in.n), vec3_normalize(seg->out.n)));
+    return angle > TANGENT_LEAST && angle < TANGENT_MOST;
+}
+
+/* How many of a list's segments, from `first` on, are no slivers. */
+static uint32_t count_parts(const SegList *list, uint32_t first, Vec3 d, Vec3 place_err)
+{
+    uint32_t parts = 0;
+    for (uint32_t i = first; i < list->count; i++) parts += !is_sliver(&list->seg[i], d, place_err);
+    return parts;
+}
+
+/* Widens the intervals of the events of a leaf, whose segments are those from `first` on, to what they are on a line
+ * beside the ray that has as many parts. */
+static void widen_events(const Trace *tr, uint32_t first, Event *event, Vec3 d, Vec3 place_err)
+{
+    uint32_t k = first;
+    for (uint32_t i = 0; i < tr->beside.count; i++) {
+        const Seg *seg = &tr->beside.seg[i];
+        if (is_sliver(seg, d, place_err)) continue;
+        while (is_sliver(&tr->segs.seg[k], d, place_err)) k++;
+        Event *in = &event[2 * (k++ - first)], *out = in + 1;
+        in->lo = fmin(in->lo, seg->in.t - seg->in.t_err);
+        in->hi = fmax(in->hi, seg->in.t + seg->in.t_err);
+        out->lo = fmin(out->lo, seg->out.t - seg->out.t_err);
+        out->hi = fmax(out->hi, seg->out.t + seg->out.t_err);
     }
-    ray->o = vec3_make(o[0], o[1], o[2]);
-    ray->d = vec3_make(d[0], d[1], d[2]);
-    *moved_by = vec3_make(by[0], by[1], by[2]);
+}
+
+enum { CORNERS = 8 };
+
+static Vec3 box_corner(Vec3 half, unsigned corner)
+{
+    return vec3_make(corner & 1 ? half.x : -half.x, corner & 2 ? half.y : -half.y, corner & 4 ? half.z : -half.z);
+}
+
+/* Whether the lines beside one, moved by the error of the place along all axes, all have as many parts in the leaf: a
+ * plane with the normal n is off by |n|.e at most, and some of the eight are moved by all of that. Widens the events, of
+ * segments from `first` on, if there are any. False in *ok without memory. */
+static bool is_clear(Trace *tr, const Leaf *leaf, const Ray *ray, Vec3 e, uint32_t parts, uint32_t first, Event *event,
+                     bool *ok)
+{
+    bool clear = true;
+    for (unsigned corner = 0; corner < CORNERS; corner++) {
+        Ray line = {vec3_add(ray->o, box_corner(e, corner)), ray->d, -INFINITY, INFINITY};
+        tr->beside.count = 0;
+        *ok = leaf->prim->ops->segments(leaf->prim, &line, &tr->beside);
+        if (!*ok) return false;
+        bool same = count_parts(&tr->beside, 0, ray->d, e) == parts;
+        if (same && event) widen_events(tr, first, event, ray->d, e);
+        clear = clear && same;
+    }
+    return clear;
+}
+
+/* Appends the events of a leaf's segments from `first` on. *clear becomes false if one has little slope. */
+static bool add_events(Trace *tr, uint32_t index, const Ray *ray, Vec3 place_err, uint32_t first, bool *clear)
+{
+    uint32_t end = tr->segs.count;
+    if (!reserve_events(tr, 2 * (end - first))) return false;
+    for (uint32_t s = first; s < end; s++) {
+        const Seg *seg = &tr->segs.seg[s];
+        double long_err = ALONG * (seg->out.t - seg->in.t);
+        for (uint32_t side = 0; side < 2; side++) {
+            const Edge *edge = side ? &seg->out : &seg->in;
+            double err = edge_error(edge, ray->d, place_err);
+            tr->event[tr->count++] = (Event){edge->t, edge->t - err, edge->t + err, 2 * s + side, index};
+            *clear = *clear && err <= long_err;
+        }
+    }
     return true;
 }
 
-/* Whether a component of the direction is so small that the ray may lie in a face's plane. */
-static bool nearly_axial(Vec3 d)
+/* Prepares the events of a leaf for being widened: those of little slope begin with t alone, and the two of a sliver are
+ * one place. Returns them. */
+static Event *narrow_events(Trace *tr, uint32_t first, Vec3 d, Vec3 place_err)
 {
-    Vec3 a = vec3_abs(d);
-    double m = largest(a) * 0x1p-20;
-    return a.x <= m || a.y <= m || a.z <= m;
-}
-
-/* The ray in the space of a leaf; false if it misses the leaf for certain. */
-static bool leaf_ray(const Leaf *leaf, Vec3 o, Vec3 d, Ray *ray, Vec3 *moved_by)
-{
-    *ray = (Ray){o, d, -INFINITY, INFINITY};
-    *moved_by = vec3_make(0, 0, 0);
-    if (!leaf->identity) {
-        ray->o = affine_point(&leaf->to_leaf, o);
-        ray->d = affine_vector(&leaf->to_leaf, d);
+    Event *event = tr->event + tr->count - 2 * (tr->segs.count - first);
+    for (uint32_t k = first; k < tr->segs.count; k++) {
+        const Seg *seg = &tr->segs.seg[k];
+        Event *in = &event[2 * (k - first)], *out = in + 1;
+        double long_err = ALONG * (seg->out.t - seg->in.t);
+        if (is_sliver(seg, d, place_err)) {
+            in->hi = fmax(in->hi, out->hi);
+            out->lo = fmin(in->lo, out->lo);
+        } else {
+            if (!(in->hi - in->t <= long_err)) in->lo = in->hi = in->t;
+            if (!(out->hi - out->t <= long_err)) out->lo = out->hi = out->t;
+        }
     }
-    return !nearly_axial(ray->d) || step_aside(leaf, place_error(leaf, o, d, 0), ray, moved_by);
+    return event;
 }
 
-/* A face nearly in the ray's direction has an interval without end; but the leaf is not beyond its box. */
-static void cap_interval(Event *event, const Leaf *leaf, const Ray *ray, Vec3 place_err)
+/* Takes from the intervals of a leaf's events what is outside its box: on a face nearly in the ray's direction a bound may
+ * reach anywhere, but the leaf is not there. */
+static void cap_events(const Trace *tr, const Leaf *leaf, const Ray *ray, Vec3 place_err, uint32_t first)
 {
-    Box box = {vec3_sub(leaf->bounds.lo, place_err), vec3_add(leaf->bounds.hi, place_err)};
+    Event *event = tr->event + tr->count - 2 * (tr->segs.count - first), *end = tr->event + tr->count;
     double near = -INFINITY, far = INFINITY;
-    if (!clip_box(box, ray->o, reciprocal(ray->d), &near, &far)) return;
-    event->lo = fmin(event->t, fmax(event->lo, near));
-    event->hi = fmax(event->t, fmin(event->hi, far));
+    if (!clip_box(box_pad(leaf->bounds, place_err), ray->o, reciprocal(ray->d), &near, &far)) return;
+    for (; event < end; event++) {
+        event->lo = fmin(event->t, fmax(event->lo, near));
+        event->hi = fmax(event->t, fmin(event->hi, far));
+    }
+}
+
+static const Vec3 ASIDE = {0.8017837257372732, 0.5122083536123418, 0.3079614987123441};
+
+/* The steps, in units of the error of the place: the first aside, to decide with, and the first to take the ends from;
+ * both double. Faces are usually off by a few roundings and not by their bound, so the ends are hardly moved. */
+static const double ASIDE_FIRST = 0.5, MOVE_FIRST = 0x1p-5;
+
+/* Whether a leaf's segments from `first` on have the parts of the line beside: their ends no farther off than the step
+ * makes them, unless the slope is little. */
+static bool are_alike(const Trace *tr, uint32_t first, Vec3 d, Vec3 place_err)
+{
+    if (count_parts(&tr->segs, first, d, place_err) != count_parts(&tr->beside, 0, d, place_err)) return false;
+    for (uint32_t i = 0, k = first; i < tr->beside.count; i++) {
+        const Seg *a = &tr->beside.seg[i];
+        if (is_sliver(a, d, place_err)) continue;
+        while (is_sliver(&tr->segs.seg[k], d, place_err)) k++;
+        const Seg *b = &tr->segs.seg[k++];
+        double close = ALONG * (a->out.t - a->in.t);
+        if (!(fabs(a->in.t - b->in.t) <= close && fabs(a->out.t - b->out.t) <= close)) return false;
+    }
+    return true;
+}
+
+/* Finds the segments, appended from `first` on, of the line moved least that has the parts of the line beside: of those
+ * toward the corners of the error, or, if it must be, that one itself. *moved gets how far it was moved. */
+static bool move_least(Trace *tr, const Leaf *leaf, const Ray *ray, const Ray *beside, Vec3 e, uint32_t first, Vec3 *moved)
+{
+    Ray line = *ray;
+    *moved = vec3_make(0, 0, 0);
+    for (double scale = MOVE_FIRST; scale <= 1; scale *= 2)
+        for (unsigned corner = 0; corner < CORNERS; corner++) {
+            tr->segs.count = first;
+            if (!leaf->prim->ops->segments(leaf->prim, &line, &tr->segs)) return false;
+            if (are_alike(tr, first, ray->d, e)) return true;
+            *moved = vec3_scale(e, scale);
+            line.o = vec3_add(ray->o, box_corner(*moved, corner));
+        }
+    *moved = vec3_abs(vec3_sub(beside->o, ray->o));
+    tr->segs.count = first;
+    return leaf->prim->ops->segments(leaf->prim, beside, &tr->segs);
+}
+
+/* Replaces the segments of a leaf that isn't passed clearly by those of a line moved aside. */
+static bool pass_aside(Trace *tr, uint32_t index, const Ray *ray, Vec3 e, uint32_t first)
+{
+    const Leaf *leaf = &tr->csg->leaf[index];
+    Vec3 aside = affine_vector(&leaf->to_leaf, ASIDE), moved;
+    double step = ASIDE_FIRST * largest(abs_linear(&leaf->to_csg, e));
+    Ray line = *ray;
+    bool clear = false, ok = true;
+    uint32_t parts = 0;
+    for (int k = 0; k < ASIDE_STEPS && !clear; k++, step *= 2) {
+        line.o = vec3_at(ray->o, step, aside);
+        tr->beside.count = 0;
+        if (!leaf->prim->ops->segments(leaf->prim, &line, &tr->beside)) return false;
+        parts = count_parts(&tr->beside, 0, ray->d, e);
+        clear = is_clear(tr, leaf, &line, e, parts, 0, NULL, &ok);
+        if (!ok) return false;
+    }
+    tr->count -= 2 * (tr->segs.count - first);
+    tr->segs.count = first;
+    if (parts == 0) return true;
+    tr->beside.count = 0;
+    if (!leaf->prim->ops->segments(leaf->prim, &line, &tr->beside)) return false;
+    if (!move_least(tr, leaf, ray, &line, e, first, &moved)) return false;
+    if (!add_events(tr, index, ray, vec3_add(e, moved), first, &clear)) return false;
+    is_clear(tr, leaf, ray, e, parts, first, narrow_events(tr, first, ray->d, e), &ok);
+    cap_events(tr, leaf, ray, vec3_add(e, moved), first);
+    return ok;
+}
+
+/* Looks again at a leaf that the ray passes along a face of or at little slope. */
+static bool collect_beside(Trace *tr, uint32_t index, const Ray *ray, uint32_t first)
+{
+    const Leaf *leaf = &tr->csg->leaf[index];
+    double way = (largest(vec3_abs(tr->o)) + tr->csg->reach) / largest(vec3_abs(tr->d));
+    Vec3 e = place_error(leaf, tr->o, tr->d, way);
+    if (!(largest(e) < INFINITY)) return true;
+    Event *event = narrow_events(tr, first, ray->d, e);
+    bool ok;
+    bool clear = is_clear(tr, leaf, ray, e, count_parts(&tr->segs, first, ray->d, e), first, event, &ok);
+    if (!ok) return false;
+    cap_events(tr, leaf, ray, e, first);
+    if (clear) return true;
+    return pass_aside(tr, index, ray, e, first);
 }
 
 /* Appends the crossings of one leaf. */
 static bool collect_leaf(Trace *tr, uint32_t index)
 {
     const Leaf *leaf = &tr->csg->leaf[index];
-    Ray ray;
-    Vec3 moved_by;
-    if (!leaf_ray(leaf, tr->o, tr->d, &ray, &moved_by)) return true;
+    Ray ray = leaf_ray(leaf, tr->o, tr->d);
     uint32_t first = tr->segs.count;
+    tr->segs.along = leaf->coarse;
     if (!leaf->prim->ops->segments(leaf->prim, &ray, &tr->segs)) return false;
     uint32_t end = tr->segs.count;
-    if (end == first) return true;
-    if (!reserve_events(tr, 2 * (end - first))) return false;
-
-    double far_t = larger(fabs(tr->segs.seg[first].in.t), fabs(tr->segs.seg[end - 1].out.t));
-    Vec3 place_err = vec3_add(place_error(leaf, tr->o, tr->d, far_t), moved_by);
-    for (uint32_t s = first; s < end; s++) {
-        const Seg *seg = &tr->segs.seg[s];
-        double long_err = 0x1p-10 * (seg->out.t - seg->in.t);
-        for (uint32_t side = 0; side < 2; side++) {
-            const Edge *edge = side ? &seg->out : &seg->in;
-            double err = edge->t_err + vec3_dot(vec3_abs(edge->n), place_err) / fabs(vec3_dot(edge->n, ray.d));
-            if (!(err <= INFINITY)) err = INFINITY;
-            Event *event = &tr->event[tr->count++];
-            *event = (Event){edge->t, edge->t - err, edge->t + err, 2 * s + side, index};
-            if (!(err <= long_err)) cap_interval(event, leaf, &ray, place_err);
-        }
+    bool clear = !tr->segs.along;
+    if (end > first) {
+        double far_t = larger(fabs(tr->segs.seg[first].in.t), fabs(tr->segs.seg[end - 1].out.t));
+        if (!add_events(tr, index, &ray, place_error(leaf, tr->o, tr->d, far_t), first, &clear)) return false;
     }
-    return true;
+    return clear || collect_beside(tr, index, &ray, first);
 }
 
 static bool collect(Trace *tr)
@@ -411,12 +556,26 @@ static uint32_t pass_single(const Trace *tr, GateState *state, uint32_t index)
     return index;
 }
 
-/* A group of events, in place of one. Returns the one that shows, that of the first leaf of those that carry to the
- * root, or NONE. */
+/* Which of two events that both carry to the root shows for a group with [lo, hi] in common, where the true crossing
+ * is: one that lies there, if possible the first (whose material it is), else the one that is known best. */
+static uint32_t better_shown(const Trace *tr, uint32_t shown, uint32_t other, double lo, double hi)
+{
+    if (shown == NONE) return other;
+    const Event *a = &tr->event[shown], *b = &tr->event[other];
+    if (a->t >= lo && a->t <= hi) return shown;
+    return (b->t >= lo && b->t <= hi) || b->hi - b->lo < a->hi - a->lo ? other : shown;
+}
+
+/* A group of events, in place of one. Returns the one that shows, one of those that carry to the root, or NONE. */
 static uint32_t pass_group(const Trace *tr, GateState *state, uint32_t *group, uint32_t n, uint32_t *room)
 {
     const Csg *csg = tr->csg;
     sort_events(tr->event, group, n, room, before_by_leaf);
+    double lo = -INFINITY, hi = INFINITY;
+    for (uint32_t i = 0; i < n; i++) {
+        lo = larger(lo, tr->event[group[i]].lo);
+        hi = -larger(-hi, -tr->event[group[i]].hi);
+    }
     uint32_t changed = 0;  /* of each leaf keep the first event if their number is odd; the others cancel out */
     for (uint32_t i = 0, end; i < n; i = end) {
         uint32_t leaf = tr->event[group[i]].leaf;
@@ -430,10 +589,10 @@ static uint32_t pass_group(const Trace *tr, GateState *state, uint32_t *group, u
     uint32_t shown = NONE;
     bool on = gate_is_on(csg, state, 0);
     if (on != state[0].settled) {
-        for (uint32_t i = 0; i < changed && shown == NONE; i++) {
+        for (uint32_t i = 0; i < changed; i++) {
             const Event *event = &tr->event[group[i]];
             if (event_switches_on(csg, event) == on && carries_to_root(csg, state, &csg->leaf[event->leaf], on))
-                shown = group[i];
+                shown = better_shown(tr, shown, group[i], lo, hi);
         }
         assert(shown != NONE);
     }
@@ -486,6 +645,7 @@ static bool trace(Trace *tr, const Prim *prim, const Ray *ray, Scratch *scratch)
     tr->shift = move_origin(csg, &tr->o, ray->d);
     tr->inv = reciprocal(ray->d);
     tr->segs = seg_list(scratch);
+    tr->beside = seg_list(scratch);
     tr->event = tr->local_event;
     tr->count = 0;
     tr->capacity = LOCAL_EVENTS;
@@ -569,17 +729,16 @@ static void csg_surface(const Prim *prim, const Ray *ray, const Hit *hit, Surfac
 {
     const Csg *csg = (const Csg *)prim;
     const Leaf *leaf = &csg->leaf[hit->leaf];
-    Vec3 o = ray->o, moved_by;
+    Vec3 o = ray->o;
     double shift = move_origin(csg, &o, ray->d);
-    Ray in_leaf;
-    leaf_ray(leaf, o, ray->d, &in_leaf, &moved_by);
+    /* A ray that was moved aside is taken as given: the leaf puts the point onto its surface all the same. */
+    Ray in_leaf = leaf_ray(leaf, o, ray->d);
     in_leaf.tmin = ray->tmin - shift;
     in_leaf.tmax = ray->tmax - shift;
     Hit leaf_hit = *hit;
     leaf_hit.t -= shift;
     leaf_hit.leaf = 0;
     leaf->prim->ops->surface(leaf->prim, &in_leaf, &leaf_hit, surface);
-    surface->p_err = vec3_add(surface->p_err, moved_by);
     if (!leaf->identity) {
         surface->p_err = affine_point_error(&leaf->to_csg, surface->p, surface->p_err);
         surface->p = affine_point(&leaf->to_csg, surface->p);
@@ -646,8 +805,6 @@ static bool is_identity(const Affine *a)
             if (a->m[i][j] != (i == j)) return false;
     return true;
 }
-
-static Box box_pad(Box box, Vec3 by) { return (Box){vec3_sub(box.lo, by), vec3_add(box.hi, by)}; }
 
 static Vec3 translation(const Affine *a) { return vec3_make(a->m[0][3], a->m[1][3], a->m[2][3]); }
 
@@ -784,6 +941,15 @@ static void build_node(Csg *csg, SortItem *item, uint32_t first, uint32_t count)
     node->skip = csg->node_count;
 }
 
+/* Whether a leaf's place is known so badly, for rays from as far as FAR_ORIGIN times the reach, that lines which SegList
+ * .along says nothing of may be in its faces. */
+static bool is_coarse(const Leaf *leaf, double reach)
+{
+    Vec3 far = vec3_scale(vec3_make(reach, reach, reach), 2 * FAR_ORIGIN + 1), still = {0, 0, 0};
+    Vec3 e = place_error(leaf, far, still, 0), extent = vec3_sub(leaf->bounds.hi, leaf->bounds.lo);
+    return !(e.x <= ALONG * extent.x && e.y <= ALONG * extent.y && e.z <= ALONG * extent.z);
+}
+
 static bool build_hierarchy(Csg *csg, const Work *work)
 {
     SortItem *item = malloc(csg->leaf_count * sizeof *item);
@@ -836,6 +1002,7 @@ static bool build(Csg *csg, const CsgToken *tokens, size_t count, size_t *bad, E
         csg->bounds = work[n - 1].box;
         csg->reach = box_reach(csg->bounds);
         csg->centre = box_is_empty(csg->bounds) ? vec3_make(0, 0, 0) : box_middle(csg->bounds);
+        for (uint32_t i = 0; i < csg->leaf_count; i++) csg->leaf[i].coarse = is_coarse(&csg->leaf[i], csg->reach);
         build_down(csg, work, gate_is_and);
         ok = build_hierarchy(csg, work);
         if (!ok) err_memory(err, "constructive solid geometry");

@@ -20,11 +20,17 @@ typedef struct {
 
 typedef struct { Edge in, out; } Seg;  /* in.t <= out.t */
 
+/* A line of less slope than this to a plane or a ruled line of a surface, and nearer to it than ALONG times the solid's
+ * extent, may lie in the surface once the roundings of its place are counted. Steeper ones leave the roundings' reach
+ * within 2^20 times as far. */
+#define ALONG 0x1p-20
+
 /* Grows in the scratch arena; no fixed capacity that could drop segments. */
 typedef struct {
     Seg *seg;
     uint32_t count, capacity;
     Scratch *scratch;
+    bool along;     /* set, and never cleared, by a primitive that the line may lie in the surface of, hit or missed */
 } SegList;
 
 static inline SegList seg_list(Scratch *scratch) { return (SegList){.scratch = scratch}; }

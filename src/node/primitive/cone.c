@@ -104,7 +104,7 @@ static bool exact(const Ray *ray, Crossing c[2])
 {
     NearLine line;
     QuadricRoots side;
-    if (!near_line(ray, M_SQRT2, &line)) return false;
+    if (!near_line(ray, M_SQRT2, 1.0 / 16, &line)) return false;
     quadric_roots(&line, SIGNS, 0, &side);
     bool down = ray->d.y < 0;
     c[0] = side.root[0];
@@ -155,8 +155,21 @@ static Box bounds_in(const Prim *prim, const Affine *map)
 
 static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scratch)
 {
-    (void)prim, (void)scratch;
-    return convex_intersect(&SHAPE, ray, hit);
+    return convex_intersect(&SHAPE, prim, ray, hit, scratch);
+}
+
+/* Whether the line may lie in the base or in the side. All lines of the side pass the apex; one parallel to them at a
+ * distance w from the nearest leaves the side by about w^2, so it is not along it if w is far above sqrt(u). */
+static bool is_along(const Ray *ray)
+{
+    Vec3 d = ray->d, apex = {0, 0, 0}, base = {0, -1, 0};
+    double steepest = vec3_max(vec3_abs(d));
+    if (fabs(d.y) <= ALONG * steepest) return fabs(line_component(ray, base, 1) + 1) <= 2 * ALONG;
+    d = vec3_scale(d, 1 / steepest);
+    if (fabs(d.x * d.x + d.z * d.z - d.y * d.y) > 4 * ALONG) return false;
+    for (int i = 0; i < 3; i++)
+        if (fabs(line_component(ray, apex, i)) > 4 * ALONG) return false;
+    return true;
 }
 
 static bool occluded(const Prim *prim, const Ray *ray, Scratch *scratch)
@@ -169,8 +182,8 @@ static bool occluded(const Prim *prim, const Ray *ray, Scratch *scratch)
 
 static bool segments(const Prim *prim, const Ray *ray, SegList *list)
 {
-    (void)prim;
-    return convex_segments(&SHAPE, ray, list);
+    list->along |= is_along(ray);
+    return convex_segments(&SHAPE, prim, ray, list);
 }
 
 static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *surface)

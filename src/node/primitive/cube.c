@@ -84,8 +84,19 @@ static Box bounds(const Prim *prim)
 
 static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scratch)
 {
-    (void)prim, (void)scratch;
-    return convex_intersect(&SHAPE, ray, hit);
+    return convex_intersect(&SHAPE, prim, ray, hit, scratch);
+}
+
+/* Whether the line may lie in a face. */
+static bool is_along(const Ray *ray)
+{
+    double steepest = vec3_max(vec3_abs(ray->d));
+    for (int i = 0; i < 3; i++) {
+        if (fabs(vec3_get(ray->d, i)) > ALONG * steepest) continue;
+        Vec3 middle = vec3_make(0.5, 0.5, 0.5);
+        if (fabs(fabs(line_component(ray, middle, i) - 0.5) - 0.5) <= 2 * ALONG) return true;
+    }
+    return false;
 }
 
 static bool occluded(const Prim *prim, const Ray *ray, Scratch *scratch)
@@ -98,8 +109,8 @@ static bool occluded(const Prim *prim, const Ray *ray, Scratch *scratch)
 
 static bool segments(const Prim *prim, const Ray *ray, SegList *list)
 {
-    (void)prim;
-    return convex_segments(&SHAPE, ray, list);
+    list->along |= is_along(ray);
+    return convex_segments(&SHAPE, prim, ray, list);
 }
 
 static double clamp01(double x) { return fmax(0, fmin(1, x)); }

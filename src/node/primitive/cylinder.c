@@ -83,7 +83,7 @@ static bool exact(const Ray *ray, Crossing c[2])
     uint32_t cap_part[2];
     NearLine line;
     QuadricRoots side;
-    if (!cap_slab(ray, cap, cap_part) || !near_line(ray, M_SQRT2, &line)) return false;
+    if (!cap_slab(ray, cap, cap_part) || !near_line(ray, M_SQRT2, 0, &line)) return false;
     quadric_roots(&line, SIGNS, -1, &side);
     if (side.constant ? side.c.hi > 0 : side.count == 0) return false;
     for (int i = 0; i < 2; i++) {
@@ -118,8 +118,7 @@ static Box bounds_in(const Prim *prim, const Affine *map)
 
 static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scratch)
 {
-    (void)prim, (void)scratch;
-    return !quadric_departs(ray, SIGNS, -1) && convex_intersect(&SHAPE, ray, hit);
+    return !quadric_departs(ray, SIGNS, -1) && convex_intersect(&SHAPE, prim, ray, hit, scratch);
 }
 
 static bool occluded(const Prim *prim, const Ray *ray, Scratch *scratch)
@@ -131,10 +130,20 @@ static bool occluded(const Prim *prim, const Ray *ray, Scratch *scratch)
     return intersect(prim, ray, &hit, scratch);
 }
 
+/* Whether the line may lie in a cap or in the side. */
+static bool is_along(const Ray *ray)
+{
+    Vec3 d = vec3_abs(ray->d), middle = {0, 0, 0};
+    double steepest = vec3_max(d);
+    if (d.y <= ALONG * steepest) return fabs(fabs(line_component(ray, middle, 1)) - 1) <= 2 * ALONG;
+    if (fmax(d.x, d.z) > ALONG * steepest) return false;
+    return fabs(hypot(line_component(ray, middle, 0), line_component(ray, middle, 2)) - 1) <= 2 * ALONG;
+}
+
 static bool segments(const Prim *prim, const Ray *ray, SegList *list)
 {
-    (void)prim;
-    return convex_segments(&SHAPE, ray, list);
+    list->along |= is_along(ray);
+    return convex_segments(&SHAPE, prim, ray, list);
 }
 
 static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *surface)

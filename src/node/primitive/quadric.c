@@ -1,9 +1,11 @@
 /* The slow and certain way to a crossing: everything in double-double, the constants of the quadratic by compensated
- * summation of their exact products (SumK of Ogita, Rump, Oishi 2005, K = 4), and the roots in the form that never
- * subtracts, q = -(b + sign(b) sqrt(D)), t = c / q and q / a. About the point nearest the origin b is nearly 0 and
- * D = b^2 - a c is free of the cancellation that a far origin brings (Haines, Guenther, Akenine-Moeller, "Precision
- * improvements for ray/sphere intersection", Ray Tracing Gems, 2019, chapter 7). */
+ * summation of their exact products (SumK of Ogita, Rump, Oishi 2005, K = 4), and the roots by tools/polyroots. About
+ * the point nearest the origin b is nearly 0 and D = b^2 - a c is free of the cancellation that a far origin brings
+ * (Haines, Guenther, Akenine-Moeller, "Precision improvements for ray/sphere intersection", Ray Tracing Gems, 2019,
+ * chapter 7). */
 #include "node/primitive/quadric.h"
+
+#include "tools/polyroots.h"
 
 /* The greatest number of exact terms in one coefficient: (h + l)^2 in three components and the constant. */
 enum { TERMS_MAX = 16 };
@@ -35,12 +37,87 @@ static Dd sum_terms(Terms *t)
 
 static Vec3 ldexp3(Vec3 v, int e) { return vec3_make(ldexp(v.x, e), ldexp(v.y, e), ldexp(v.z, e)); }
 
+/* The same line with the direction's greatest component in [1, 2): t = (t of *scaled) 2^exponent. */
+static bool rescale(const Ray *ray, Ray *scaled, int *exponent)
+{
+    double m = vec3_max(vec3_abs(ray->d));
+    if (!(m > 0 && isfinite(m))) return false;
+    *exponent = -ilogb(m);
+    *scaled = (Ray){ray->o, ldexp3(ray->d, *exponent), -INFINITY, INFINITY};
+    return true;
+}
+
+/* One crossing after the other, as tmin and tmax may have no counterpart on the scaled line. */
+bool rescaled_intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scratch)
+{
+    Ray scaled;
+    int e;
+    if (!rescale(ray, &scaled, &e)) return false;
+    Hit next = *hit, first = *hit;
+    bool found = false;
+    for (; prim->ops->intersect(prim, &scaled, &next, scratch); scaled.tmin = next.t) {
+        double t = ldexp(next.t, e);
+        if (!isfinite(t)) return false;
+        if (found || !(t > ray->tmin)) continue;
+        found = true;
+        first = next;
+        first.t = t;
+        first.u = ldexp(next.u, e);
+    }
+    if (!found || !(first.t <= ray->tmax)) return false;
+    *hit = first;
+    return true;
+}
+
+static void rescale_edge(Edge *edge, int e)
+{
+    edge->t = ldexp(edge->t, e);
+    edge->u = ldexp(edge->u, e);
+    edge->t_err = ldexp(edge->t_err, e) + 0x1p-1074;
+}
+
+bool rescaled_segments(const Prim *prim, const Ray *ray, SegList *list)
+{
+    Ray scaled;
+    int e;
+    if (!rescale(ray, &scaled, &e)) return true;
+    uint32_t before = list->count;
+    if (!prim->ops->segments(prim, &scaled, list)) return false;
+    for (uint32_t i = before; i < list->count; i++) {
+        rescale_edge(&list->seg[i].in, e);
+        rescale_edge(&list->seg[i].out, e);
+    }
+    if (list->count > before && !(isfinite(list->seg[before].in.t) && isfinite(list->seg[list->count - 1].out.t)))
+        list->count = before;
+    return true;
+}
+
+/* For a t or d of which the products' halves would leave the range. */
+__attribute__((noinline)) static Vec3 extreme_point(const Ray *ray, double t, double lo)
+{
+    Ray scaled;
+    int e;
+    bool again = !ray_is_moderate(ray) && rescale(ray, &scaled, &e);
+    return again ? ray_point(&scaled, ldexp(t, -e), ldexp(lo, -e)) : vec3_at(ray->o, t, ray->d);
+}
+
 Vec3 ray_point(const Ray *ray, double t, double lo)
 {
     Vec3 o = ray->o, d = ray->d;
     double big = fmax(fmax(fabs(t), vec3_max(vec3_abs(d))), vec3_max(vec3_abs(o)));
-    if (!(big < 0x1p900)) return vec3_at(o, t, d);
+    if (!(big < 0x1p900)) return extreme_point(ray, t, lo);
     return vec3_make(ray_component(o.x, d.x, t, lo), ray_component(o.y, d.y, t, lo), ray_component(o.z, d.z, t, lo));
+}
+
+Crossing plane_crossing_extreme(double o, double d, double value, uint32_t part)
+{
+    double gap = dd_sum(value, -o).hi, t = gap / d;
+    int e = d != 0 && isfinite(d) ? -ilogb(d) : 0;
+    if (e != 0 && fabs(gap) > 0x1p-800 && fabs(gap) < 0x1p800) {
+        Crossing c = plane_crossing(o, ldexp(d, e), value, part);
+        return (Crossing){ldexp(c.t, e), ldexp(c.lo, e), ldexp(c.err, e) + 0x1p-1074, part};
+    }
+    return (Crossing){t, 0, GAMMA(2) * fabs(t) + 0x1p-1074, part};
 }
 
 /* o + l + t d, and what its rounding may have lost. */
@@ -53,7 +130,14 @@ static double shift_component(double *hi, double *lo, double t, double d)
     return lost;
 }
 
-bool near_line(const Ray *ray, double radius, NearLine *line)
+/* The line through o passes the origin at less than `centre` times |o|. */
+static bool leads_to_origin(Vec3 o, Vec3 d, double dd, double centre)
+{
+    double along = vec3_dot(o, d);
+    return along * along > (1 - centre * centre) * (vec3_dot(o, o) * dd);
+}
+
+bool near_line(const Ray *ray, double radius, double centre, NearLine *line)
 {
     double m = vec3_max(vec3_abs(ray->d));
     if (!(m > 0 && isfinite(m))) return false;
@@ -64,16 +148,16 @@ bool near_line(const Ray *ray, double radius, NearLine *line)
     /* 1/16 keeps the dot product from overflowing. Two rounds: the first may miss the nearest point by u |o|. */
     double dd = vec3_dot(d, d), reach = vec3_max(vec3_abs(ray->o));
     if (!(reach < 0x1p990)) return false;
-    for (int round = 0; round < 2 && vec3_max(vec3_abs(line->hi)) > 4; round++) {
+    for (int round = 0; round < 2; round++) {
+        if (!(vec3_max(vec3_abs(line->hi)) > 4 || (centre > 0 && leads_to_origin(line->hi, d, dd, centre)))) break;
         double t = -16 * (vec3_dot(vec3_scale(line->hi, 0x1p-4), d) / dd);
-        double lost_x = shift_component(&line->hi.x, &line->lo.x, t, d.x);
-        double lost_y = shift_component(&line->hi.y, &line->lo.y, t, d.y);
-        double lost_z = shift_component(&line->hi.z, &line->lo.z, t, d.z);
-        line->err += fmax(lost_x, fmax(lost_y, lost_z));
+        line->err.x += shift_component(&line->hi.x, &line->lo.x, t, d.x);
+        line->err.y += shift_component(&line->hi.y, &line->lo.y, t, d.y);
+        line->err.z += shift_component(&line->hi.z, &line->lo.z, t, d.z);
         line->t0 = dd_add_d(line->t0, t);
     }
     if (!(vec3_max(vec3_abs(line->hi)) < 0x1p400)) return false;
-    double along = vec3_dot(line->hi, d), limit = radius * 1.0625 + 2 * line->err;
+    double along = vec3_dot(line->hi, d), limit = radius * 1.0625 + 2 * vec3_max(line->err);
     return !(vec3_dot(line->hi, line->hi) - along * along / dd > limit * limit);
 }
 
@@ -91,6 +175,7 @@ void quadric_roots(const NearLine *line, Vec3 s, double k, QuadricRoots *roots)
 {
     double sign[3] = {s.x, s.y, s.z}, d[3] = {line->d.x, line->d.y, line->d.z};
     double hi[3] = {line->hi.x, line->hi.y, line->hi.z}, lo[3] = {line->lo.x, line->lo.y, line->lo.z};
+    double err[3] = {line->err.x, line->err.y, line->err.z};
     *roots = (QuadricRoots){0};
 
     /* The components that take part may all be tiny: they get a power of two of their own. */
@@ -100,7 +185,7 @@ void quadric_roots(const NearLine *line, Vec3 s, double k, QuadricRoots *roots)
     int e = m > 0 ? -ilogb(m) : 0;
 
     Terms ta = {.n = 0}, tb = {.n = 0}, tc = {.n = 0};
-    double reach = 0;
+    double reach = 0, moved_b = 0, moved_c = 0;   /* by the line's own error */
     for (int i = 0; i < 3; i++) {
         if (sign[i] == 0) continue;
         double di = ldexp(d[i], e);
@@ -111,6 +196,8 @@ void quadric_roots(const NearLine *line, Vec3 s, double k, QuadricRoots *roots)
         add_prod(&tc, sign[i], 2 * hi[i], lo[i]);
         tc.v[tc.n++] = sign[i] * lo[i] * lo[i];
         reach += fabs(hi[i]);
+        moved_b += err[i] * fabs(di);
+        moved_c += err[i] * (2 * fabs(hi[i]) + err[i]);
     }
     tc.v[tc.n++] = k;
     Dd a = m > 0 ? sum_terms(&ta) : (Dd){0, 0}, b = m > 0 ? sum_terms(&tb) : (Dd){0, 0}, c = sum_terms(&tc);
@@ -122,39 +209,22 @@ void quadric_roots(const NearLine *line, Vec3 s, double k, QuadricRoots *roots)
         return;
     }
 
-    /* first-order bounds: a is exact but for u^3, b and c carry the line's error, |d| <= 2 in each component */
+    /* first-order bounds: a is exact but for u^3, b and c carry the line's error */
     double ea = 0x1p-150 + DD_ROUNDOFF * 0x1p-4 * fabs(a.hi);
-    double eb = 0x1p-150 * (1 + reach) + DD_ROUNDOFF * 0x1p-4 * fabs(b.hi) + 6 * line->err;
-    double ec = 0x1p-150 * (1 + reach * reach) + DD_ROUNDOFF * 0x1p-4 * fabs(c.hi) + 3 * reach * line->err;
-    Dd bb = dd_mul(b, b), ac = dd_mul(a, c), disc = dd_sub(bb, ac);
-    double e_disc = DD_ROUNDOFF * (bb.hi + fabs(ac.hi)) + 2 * fabs(b.hi) * eb + fabs(a.hi) * ec + fabs(c.hi) * ea;
-
-    /* a < 0 (a cone met steeply) always has roots: a negative D is rounding. */
-    if (!(disc.hi > 0)) {
-        if (a.hi > 0) return;
-        disc = (Dd){0, 0};
-    }
-    Dd root = dd_sqrt(disc);
-    double e_root = disc.hi > 2 * e_disc ? e_disc / root.hi : sqrt(3 * e_disc);
-    Dd q = dd_neg(b.hi < 0 ? dd_sub(b, root) : dd_add(b, root));
-    double eq = eb + e_root + DD_ROUNDOFF * fabs(q.hi);
-
-    Dd r[2];
-    double er[2];
-    if (q.hi == 0) {
-        r[0] = r[1] = (Dd){0, 0};
-        er[0] = er[1] = 2 * eq / fabs(a.hi);
-    } else {
-        r[0] = dd_div(c, q);
-        er[0] = 2 * (ec + fabs(r[0].hi) * eq) / fabs(q.hi) + DD_ROUNDOFF * fabs(r[0].hi);
-        r[1] = a.hi == 0 ? r[0] : dd_div(q, a);
-        er[1] = a.hi == 0 ? er[0] : 2 * (eq + fabs(r[1].hi) * ea) / fabs(a.hi) + DD_ROUNDOFF * fabs(r[1].hi);
-    }
+    double eb = 0x1p-149 * reach + DD_ROUNDOFF * 0x1p-4 * fabs(b.hi) + 2 * moved_b;
+    double ec = 0x1p-149 * (fabs(k) + reach * reach) + DD_ROUNDOFF * 0x1p-4 * fabs(c.hi) + 2 * moved_c;
+    Dd poly[3] = {c, {2 * b.hi, 2 * b.lo}, a};
+    PolyRoot root[2];
+    int n = poly_quadratic(poly, (const double[3]){ec, 2 * eb, ea}, root);
+    if (n == 1) root[1] = root[0];
+    /* a tangent has no way inside; but a < 0 (a cone met steeply) always has roots */
+    if (n == 0 || (a.hi > 0 && root[0].x == root[1].x && root[0].lo == root[1].lo)) return;
     roots->count = 2;
     Crossing x[2];
     for (int i = 0; i < 2; i++) {
-        if (isfinite(r[i].hi)) r[i] = (Dd){ldexp(r[i].hi, e), ldexp(r[i].lo, e)};
-        x[i] = line_crossing(line, r[i], ldexp(er[i], e));
+        Dd r = {root[i].x, root[i].lo};
+        if (isfinite(r.hi)) r = (Dd){ldexp(r.hi, e), ldexp(r.lo, e)};
+        x[i] = line_crossing(line, r, ldexp(root[i].err, e));
     }
     bool swapped = crossing_before(&x[1], &x[0]);
     roots->root[0] = x[swapped];

@@ -26,11 +26,14 @@ typedef struct {
     Vec3 hi, lo, d;
     Dd t0;
     int exponent;
-    double err;      /* bound on the error of each component of hi + lo */
+    Vec3 err;        /* bound on the error of each component of hi + lo */
 } NearLine;
 
-/* False if the line passes the origin at more than `radius` for certain, or has no direction. */
-bool near_line(const Ray *ray, double radius, NearLine *line);
+/* False if the line passes the origin at more than `radius` for certain, or has no direction. The point hi + lo is the
+ * ray's own origin if that is near, so that a crossing next to it stays exact; otherwise it is the line's nearest to the
+ * origin within its own rounding. The latter also where that is nearer than `centre` times the ray's origin: 0 for
+ * surfaces that have no multiple root at the nearest point. */
+bool near_line(const Ray *ray, double radius, double centre, NearLine *line);
 
 /* The crossing at r, which is off by at most err: t = (t0 + r) 2^exponent. */
 Crossing line_crossing(const NearLine *line, Dd r, double err);
@@ -45,6 +48,9 @@ typedef struct {
 
 void quadric_roots(const NearLine *line, Vec3 s, double k, QuadricRoots *roots);
 
+/* plane_crossing where t or d is so large or small that t d can't be had in halves. */
+Crossing plane_crossing_extreme(double o, double d, double value, uint32_t part);
+
 /* The crossing with the plane where an axis has the given value; the direction's component of that axis isn't 0. */
 static inline Crossing plane_crossing(double o, double d, double value, uint32_t part)
 {
@@ -52,12 +58,34 @@ static inline Crossing plane_crossing(double o, double d, double value, uint32_t
     double t = gap.hi / d;
     double size = fabs(t), slope = fabs(d);
     if (!(size > 0x1p-900 && size < 0x1p900 && slope > 0x1p-900 && slope < 0x1p900))
-        return (Crossing){t, 0, GAMMA(2) * fabs(t) + 0x1p-1074, part};
+        return plane_crossing_extreme(o, d, value, part);
     Dd td = dd_prod(t, d);
     double lo = ((gap.hi - td.hi) - td.lo + gap.lo) / d;
     Dd sum = dd_quick_sum(t, lo);
     return (Crossing){sum.hi, sum.lo, GAMMA(1) * fabs(sum.hi) + 0x1p-1074, part};
 }
+
+/* The crossing of a ray whose direction is 2^exponent times shorter. */
+static inline Crossing crossing_scaled(Crossing c, int exponent)
+{
+    return (Crossing){ldexp(c.t, exponent), ldexp(c.lo, exponent), ldexp(c.err, exponent) + 0x1p-1074, c.part};
+}
+
+/* -- directions of any length -- */
+
+/* The guesses bear directions whose squares are between 2^-400 and 2^400. A primitive that can't guess about another
+ * one finds the crossings of the line with the direction brought into [1, 2) by a power of two. As every step of a
+ * crossing commutes with such a scaling, the length of a direction in powers of two changes no hit. */
+static inline bool ray_is_moderate(const Ray *ray)
+{
+    double m = vec3_max(vec3_abs(ray->d));
+    return m > 0x1p-128 && m < 0x1p128;
+}
+
+/* PrimOps.intersect and segments by way of the primitive's own on the scaled line. A line with a crossing that a double
+ * can't hold counts as a miss, and so does a direction that is 0 or not finite. */
+bool rescaled_intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scratch);
+bool rescaled_segments(const Prim *prim, const Ray *ray, SegList *list);
 
 /* The ray's point at t + lo, correctly rounded but for a few u^2 of the greatest term. */
 static inline double ray_component(double o, double d, double t, double lo)
@@ -67,6 +95,14 @@ static inline double ray_component(double o, double d, double t, double lo)
 }
 
 Vec3 ray_point(const Ray *ray, double t, double lo);
+
+/* A component of the line's point nearest to `middle`, but for its direction's part along that axis. */
+static inline double line_component(const Ray *ray, Vec3 middle, int axis)
+{
+    Vec3 d = vec3_scale(ray->d, vec3_pow2_scale(ray->d));
+    double t = vec3_dot(vec3_sub(middle, ray->o), d) / vec3_dot(d, d);
+    return vec3_get(ray->o, axis) + t * vec3_get(d, axis);
+}
 
 /* Lexicographic order of t + lo. */
 static inline bool crossing_before(const Crossing *a, const Crossing *b)
@@ -170,7 +206,8 @@ __attribute__((always_inline)) static inline bool convex_crossing(const Convex *
     return isfinite(c[0].t) && isfinite(c[1].t);
 }
 
-__attribute__((always_inline)) static inline bool convex_intersect(const Convex *shape, const Ray *ray, Hit *hit)
+__attribute__((always_inline)) static inline bool convex_intersect(const Convex *shape, const Prim *prim, const Ray *ray,
+                                                                   Hit *hit, Scratch *scratch)
 {
     Guess guess;
     if (!shape->guess(ray, &guess)) return false;
@@ -178,6 +215,8 @@ __attribute__((always_inline)) static inline bool convex_intersect(const Convex 
     if (guess.sure) {
         if (guess.t[1] + guess.slack < ray->tmin || guess.t[0] - guess.slack > ray->tmax) return false;
         ahead = guess.t[0] + guess.slack >= ray->tmin;
+    } else if (!ray_is_moderate(ray)) {
+        return rescaled_intersect(prim, ray, hit, scratch);
     }
     for (int i = ahead ? 0 : 1; i < 2; i++) {
         Crossing c;
@@ -203,10 +242,12 @@ __attribute__((always_inline)) static inline bool convex_guess_decides(const Con
     return *blocked;
 }
 
-__attribute__((always_inline)) static inline bool convex_segments(const Convex *shape, const Ray *ray, SegList *list)
+__attribute__((always_inline)) static inline bool convex_segments(const Convex *shape, const Prim *prim, const Ray *ray,
+                                                                  SegList *list)
 {
     Guess guess;
     if (!shape->guess(ray, &guess)) return true;
+    if (!guess.sure && !ray_is_moderate(ray)) return rescaled_segments(prim, ray, list);
     Edge edge[2];
     for (int i = 0; i < 2; i++) {
         Crossing c;

@@ -43,7 +43,7 @@ static bool exact(const Ray *ray, Crossing c[2])
 {
     NearLine line;
     QuadricRoots roots;
-    if (!near_line(ray, 1, &line)) return false;
+    if (!near_line(ray, 1, 0, &line)) return false;
     quadric_roots(&line, SIGNS, -1, &roots);
     c[0] = roots.root[0];
     c[1] = roots.root[1];
@@ -72,8 +72,7 @@ static Box bounds_in(const Prim *prim, const Affine *map)
 
 static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scratch)
 {
-    (void)prim, (void)scratch;
-    return !quadric_departs(ray, SIGNS, -1) && convex_intersect(&SHAPE, ray, hit);
+    return !quadric_departs(ray, SIGNS, -1) && convex_intersect(&SHAPE, prim, ray, hit, scratch);
 }
 
 static bool occluded(const Prim *prim, const Ray *ray, Scratch *scratch)
@@ -87,8 +86,7 @@ static bool occluded(const Prim *prim, const Ray *ray, Scratch *scratch)
 
 static bool segments(const Prim *prim, const Ray *ray, SegList *list)
 {
-    (void)prim;
-    return convex_segments(&SHAPE, ray, list);
+    return convex_segments(&SHAPE, prim, ray, list);
 }
 
 static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *surface)

@@ -111,8 +111,8 @@ static bool lens_at(const Dd g[3], double s)
 
 /* For a spindle: the crossings of the outer sheet. The line is cut wherever the quartic is 0 or stationary (a line
  * through a pole, where the sheets meet, only touches 0); a piece is inside where the quartic is negative or g is. */
-static int outer_crossings(const Dd quartic[5], const Dd g[3], const PolyRoot *root, int roots, const double *critical,
-                           int criticals, double noise, PolyRoot out[4])
+static int outer_crossings(const Dd quartic[5], const double noise[5], const Dd g[3], const PolyRoot *root, int roots,
+                           const double *critical, int criticals, PolyRoot out[4])
 {
     PolyRoot cut[8];
     int n = 0;
@@ -120,8 +120,10 @@ static int outer_crossings(const Dd quartic[5], const Dd g[3], const PolyRoot *r
         if (j == criticals || (i < roots && root[i].x <= critical[j])) {
             cut[n++] = root[i++];
         } else {
-            double at = critical[j++], curve = fabs(quartic[4].hi);
-            cut[n++] = (PolyRoot){at, 0, sqrt(noise / curve) + GAMMA(4) * fabs(at)};
+            /* where the value is in doubt: a (s - at)^4 at least moves it out of that */
+            double at = critical[j++], doubt = 0;
+            for (int k = 4; k >= 0; k--) doubt = doubt * fabs(at) + noise[k];
+            cut[n++] = (PolyRoot){at, 0, sqrt(doubt / quartic[4].hi) + GAMMA(4) * fabs(at)};
         }
     }
     bool inside = false;
@@ -140,36 +142,60 @@ static int outer_crossings(const Dd quartic[5], const Dd g[3], const PolyRoot *r
     return count;
 }
 
-static int exact(const Torus *torus, const Ray *ray, Crossing c[4])
+/* The quartic g^2 - 4 w along the line and a bound on the error of each coefficient. On the axis of a horn torus all
+ * but the leading one vanish, and its four roots lie within 1e-8 of each other or less: only bounds that go with the
+ * terms themselves, not with the size of the torus, keep them apart. */
+typedef struct { Dd c[5], g[3]; double noise[5]; } Quartic;
+
+static void quartic_along(const NearLine *line, double m, Quartic *q)
 {
-    NearLine line;
-    double m = torus->minor;
-    if (!near_line(ray, 1 + m, &line)) return 0;
-    Vec3 d = line.d, h = line.hi, l = line.lo;
+    Vec3 d = line->d, h = line->hi, l = line->lo, e = line->err, ad = vec3_abs(d), ah = vec3_abs(h);
     Dd flat_a = dd_dot2(d.x, d.x, d.z, d.z), a = dd_add(flat_a, dd_prod(d.y, d.y));
     Dd flat_b = dd_add(dd_dot2(h.x, d.x, h.z, d.z), dd_dot2(l.x, d.x, l.z, d.z));
     Dd b = dd_add(flat_b, dd_add(dd_prod(h.y, d.y), dd_prod(l.y, d.y)));
     Dd flat_c = dd_add(dd_square(h.x, l.x), dd_square(h.z, l.z)), yy = dd_square(h.y, l.y);
     /* (1 - m)(1 + m) keeps what m^2 would lose as m approaches 1 */
     Dd rim = dd_mul(dd_sum(1, -m), dd_sum(1, m)), k = dd_add(dd_add(flat_c, yy), rim);
-    Dd g[3] = {k, {2 * b.hi, 2 * b.lo}, a}, quartic[5];
-    quartic[4] = dd_mul(a, a);
-    quartic[3] = dd_mul_d(dd_mul(a, b), 4);
-    quartic[2] = dd_add(dd_mul_d(dd_mul(b, b), 4), dd_sub(dd_mul_d(dd_mul(a, k), 2), dd_mul_d(flat_a, 4)));
-    quartic[1] = dd_sub(dd_mul_d(dd_mul(b, k), 4), dd_mul_d(flat_b, 8));
-    quartic[0] = dd_sub(dd_mul(k, k), dd_mul_d(flat_c, 4));
 
-    /* every coefficient times its power of s is at most some 16 reach^4 in exact terms before they cancel */
-    double reach = 2 + m + fabs(h.x) + fabs(h.y) + fabs(h.z), reach2 = reach * reach;
-    double noise = DD_ROUNDOFF * 0x1p4 * reach2 * reach2 + 0x1p5 * reach2 * reach * line.err;
+    double e_flat_b = 4 * DD_ROUNDOFF * (ah.x * ad.x + ah.z * ad.z) + e.x * ad.x + e.z * ad.z;
+    double e_b = e_flat_b + 4 * DD_ROUNDOFF * (ah.x * ad.x + ah.y * ad.y + ah.z * ad.z) + e.y * ad.y;
+    double e_flat_c = 2 * DD_ROUNDOFF * flat_c.hi + e.x * (2 * ah.x + e.x) + e.z * (2 * ah.z + e.z);
+    double e_k = e_flat_c + 4 * DD_ROUNDOFF * (flat_c.hi + yy.hi + fabs(rim.hi)) + e.y * (2 * ah.y + e.y);
+    double ab = fabs(b.hi), ak = fabs(k.hi);
+
+    q->g[2] = a;
+    q->g[1] = (Dd){2 * b.hi, 2 * b.lo};
+    q->g[0] = k;
+    q->c[4] = dd_mul(a, a);
+    q->c[3] = dd_mul_d(dd_mul(a, b), 4);
+    q->c[2] = dd_add(dd_mul_d(dd_mul(b, b), 4), dd_sub(dd_mul_d(dd_mul(a, k), 2), dd_mul_d(flat_a, 4)));
+    q->c[1] = dd_sub(dd_mul_d(dd_mul(b, k), 4), dd_mul_d(flat_b, 8));
+    q->c[0] = dd_sub(dd_mul(k, k), dd_mul_d(flat_c, 4));
+
+    /* to first order; 4 roundings at most in a term */
+    double r = 4 * DD_ROUNDOFF;
+    q->noise[4] = r * a.hi * a.hi;
+    q->noise[3] = 4 * a.hi * (e_b + r * ab);
+    q->noise[2] = 8 * ab * e_b + 2 * a.hi * e_k + r * (4 * ab * ab + 2 * a.hi * ak + 4 * flat_a.hi);
+    q->noise[1] = 4 * (ab * e_k + ak * e_b) + 8 * e_flat_b + r * (4 * ab * ak + 8 * fabs(flat_b.hi));
+    q->noise[0] = 2 * ak * e_k + 4 * e_flat_c + r * (ak * ak + 4 * flat_c.hi);
+}
+
+static int exact(const Torus *torus, const Ray *ray, Crossing c[4])
+{
+    NearLine line;
+    double m = torus->minor;
+    if (!near_line(ray, 1 + m, 1, &line)) return 0;
+    Quartic q;
+    quartic_along(&line, m, &q);
     PolyRoot root[4], outer[4];
     double critical[3];
     int criticals, n;
     if (m > 1) {
-        n = poly_quartic(quartic, noise, root, critical, &criticals);
-        n = outer_crossings(quartic, g, root, n, critical, criticals, noise, outer);
+        n = poly_quartic(q.c, q.noise, root, critical, &criticals);
+        n = outer_crossings(q.c, q.noise, q.g, root, n, critical, criticals, outer);
     } else {
-        n = poly_quartic(quartic, noise, outer, NULL, NULL);
+        n = poly_quartic(q.c, q.noise, outer, NULL, NULL);
     }
     for (int i = 0; i < n; i++) {
         c[i] = line_crossing(&line, (Dd){outer[i].x, outer[i].lo}, outer[i].err);
@@ -185,12 +211,11 @@ typedef struct {
     int exact_count;   /* -1: not yet computed */
 } Crossings;
 
-static bool crossings_begin(const Torus *torus, const Ray *ray, Crossings *x)
+/* The guess is made; where it isn't sure, all is computed. */
+static void crossings_begin(const Torus *torus, const Ray *ray, Crossings *x)
 {
     x->exact_count = -1;
-    if (!guess(torus, ray, &x->guess)) return false;
     if (!x->guess.sure) x->guess.count = x->exact_count = exact(torus, ray, x->exact);
-    return x->guess.count > 0;
 }
 
 static bool crossings_get(const Torus *torus, const Ray *ray, Crossings *x, int i, Crossing *c)
@@ -216,10 +241,11 @@ static Box bounds_in(const Prim *prim, const Affine *map)
 
 static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scratch)
 {
-    (void)scratch;
     const Torus *torus = (const Torus *)prim;
     Crossings x;
-    if (!crossings_begin(torus, ray, &x)) return false;
+    if (!guess(torus, ray, &x.guess)) return false;
+    if (!x.guess.sure && !ray_is_moderate(ray)) return rescaled_intersect(prim, ray, hit, scratch);
+    crossings_begin(torus, ray, &x);
     for (int i = 0; i < x.guess.count; i++) {
         if (x.guess.sure && x.guess.t[i] + x.guess.slack < ray->tmin) continue;
         if (x.guess.sure && x.guess.t[i] - x.guess.slack > ray->tmax) return false;
@@ -247,7 +273,9 @@ static bool segments(const Prim *prim, const Ray *ray, SegList *list)
 {
     const Torus *torus = (const Torus *)prim;
     Crossings x;
-    if (!crossings_begin(torus, ray, &x)) return true;
+    if (!guess(torus, ray, &x.guess)) return true;
+    if (!x.guess.sure && !ray_is_moderate(ray)) return rescaled_segments(prim, ray, list);
+    crossings_begin(torus, ray, &x);
     for (int i = 0; i + 1 < x.guess.count; i += 2) {
         Edge edge[2];
         for (int k = 0; k < 2; k++) {
