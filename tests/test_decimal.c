@@ -1,4 +1,4 @@
-/* Decimal numbers against strtod, bit by bit: hard cases, ties, random texts, printed doubles. */
+/* Decimal numbers against strtod, bit by bit: hard cases, ties, random texts, printed doubles; its table against GMP. */
 #include "tools/decimal.h"
 
 #include <setjmp.h>
@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include <cmocka.h>
+#include <gmp.h>
 
 #include "common/rng.h"
 
@@ -225,9 +226,33 @@ static void numbers_of_many_digits(void **state)
     free(text);
 }
 
+/* 5^q, or 2^400 / 5^-q rounded down, cut to its 128 highest bits. */
+static void powers_of_five(void **state)
+{
+    (void)state;
+    mpz_t five, high, low;
+    mpz_inits(five, high, low, NULL);
+    for (int q = DECIMAL_LEAST_POWER; q < DECIMAL_END_POWER; q++) {
+        mpz_ui_pow_ui(five, 5, (unsigned long)abs(q));
+        mpz_set_ui(high, 1);
+        mpz_mul_2exp(high, high, 400);
+        if (q < 0)
+            mpz_fdiv_q(five, high, five);
+        else
+            mpz_mul_2exp(five, five, 128);
+        mpz_fdiv_q_2exp(five, five, mpz_sizeinbase(five, 2) - 128);
+        mpz_fdiv_q_2exp(high, five, 64);
+        mpz_fdiv_r_2exp(low, five, 64);
+        const uint64_t *power = decimal_power_of_five[q - DECIMAL_LEAST_POWER];
+        if (power[0] != mpz_get_ui(high) || power[1] != mpz_get_ui(low)) fail_msg("5^%d is wrong", q);
+    }
+    mpz_clears(five, high, low, NULL);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(powers_of_five),
         cmocka_unit_test(hard_cases),
         cmocka_unit_test(ties_and_their_neighbours),
         cmocka_unit_test(random_texts),

@@ -16,16 +16,12 @@ __extension__ typedef unsigned __int128 U128;
 enum {
     MAX_DIGITS = 19,        /* that fit 64 bits, whatever they are */
     MAX_EXACT_POWER = 22,   /* 5^22 < 2^53 */
-    LEAST_POWER = -64,      /* of the table: 19 digits of any float, and more */
-    END_POWER = 64,
-    LAST_WHOLE_POWER = 55,  /* 5^55 < 2^128 */
 };
 
 /* More is as good as this: no text has so many digits that they'd make up for it. */
 #define MAX_EXPONENT INT64_C(1000000000000)
 
-/* 5^q for LEAST_POWER <= q < END_POWER, times the power of two that makes it 128 bits long, rounded down: high half, low. */
-static const uint64_t power_of_five[END_POWER - LEAST_POWER][2] = {
+const uint64_t decimal_power_of_five[DECIMAL_END_POWER - DECIMAL_LEAST_POWER][2] = {
     {0xa87fea27a539e9a5, 0x3f2398d747b36224}, {0xd29fe4b18e88640e, 0x8eec7f0d19a03aad},
     {0x83a3eeeef9153e89, 0x1953cf68300424ac}, {0xa48ceaaab75a8e2b, 0x5fa8c3423c052dd7},
     {0xcdb02555653131b6, 0x3792f412cb06794d}, {0x808e17555f3ebf11, 0xe2bbd88bbee40bd0},
@@ -100,26 +96,20 @@ static double power_of_two(int exponent)  /* a normal one */
     return x;
 }
 
-/* A value of [w 10^q, (w + more) 10^q], if all of them round to the same; w > 0. */
+/* Any value of [w 10^q, (w + more) 10^q], if all of them round to the same; w > 0. */
 static bool scale_by_table(uint64_t w, unsigned more, int64_t q, double *x)
 {
-    if (q < LEAST_POWER || q >= END_POWER) return false;
-    const uint64_t *five = power_of_five[q - LEAST_POWER];
+    if (q < DECIMAL_LEAST_POWER || q >= DECIMAL_END_POWER) return false;
+    const uint64_t *five = decimal_power_of_five[q - DECIMAL_LEAST_POWER];
     int shift = __builtin_clzll(w);
     w <<= shift;
-    U128 low = (U128)w * five[1], product = (U128)w * five[0] + (uint64_t)(low >> 64), most;
-    if (!more && q >= 0 && q <= LAST_WHOLE_POWER) {
-        product |= (uint64_t)low != 0;  /* far below what is kept: it only breaks ties */
-        most = product;
-    } else {
-        /* one for the bits that were dropped, one for those that 5^q lacks, and what `more` adds to w */
-        most = product + 2 + ((U128)((uint64_t)more << shift) << 64);
-        if (most < product) return false;
-    }
-    double least = (double)product;
-    if ((double)most != least) return false;
+    U128 least = (U128)w * five[0] + (uint64_t)((U128)w * five[1] >> 64);
+    /* one for the 64 bits that were dropped, one for what the power lacks, and what `more` adds to w */
+    U128 most = least + 2 + ((U128)((uint64_t)more << shift) << 64);
+    double rounded = (double)least;
+    if (most < least || (double)most != rounded) return false;
     /* 217706 / 2^16 is close enough to log2(10): this is floor(log2(10^q)) */
-    *x = least * power_of_two((int)(q * 217706 >> 16) - shift - 63);
+    *x = rounded * power_of_two((int)(q * 217706 >> 16) - shift - 63);
     return true;
 }
 
