@@ -30,8 +30,10 @@ endif
 # No flag here may change what a floating-point operation yields: pictures are the same from every build.
 WARNINGS := -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wstrict-prototypes -Wmissing-prototypes -Wvla
 CFLAGS_ALL := -std=c11 -D_GNU_SOURCE -g -ffp-contract=off -fno-math-errno -fno-trapping-math $(WARNINGS) \
-              $(FLAGS_$(BUILD)) -Isrc -I. $(shell pkg-config --cflags lua5.4 2>/dev/null) $(CFLAGS)
-LIBS := $(shell pkg-config --libs lua5.4 2>/dev/null || echo -llua5.4) -llodepng -lm -lpthread
+              $(FLAGS_$(BUILD)) -Isrc -I. $(shell pkg-config --cflags lua5.4 2>/dev/null) \
+              $(shell pkg-config --cflags libdeflate 2>/dev/null) $(CFLAGS)
+LIBS := $(shell pkg-config --libs lua5.4 2>/dev/null || echo -llua5.4) \
+        $(shell pkg-config --libs libdeflate 2>/dev/null || echo -ldeflate) -llodepng -lm -lpthread
 TEST_LIBS := -lcmocka -lmpfr -lgmp $(if $(findstring clang,$(CC)),,-lquadmath)
 STRICT := $(if $(filter 1,$(WERROR)),-Werror)
 Q := $(if $(V),,@)
@@ -89,7 +91,7 @@ objects: $(OBJECTS)
 tests: $(PROGRAM) $(TESTS) $(STABILITY) $(PRECISION)
 
 # Debian packages: to build, to test, to benchmark.
-BUILD_PACKAGES := gcc libc6-dev make pkg-config liblua5.4-dev liblodepng-dev libcglm-dev
+BUILD_PACKAGES := gcc libc6-dev make pkg-config liblua5.4-dev liblodepng-dev libdeflate-dev libcglm-dev
 TEST_PACKAGES  := libcmocka-dev libmpfr-dev valgrind lua5.4 povray premake4 clang
 BENCH_PACKAGES := libembree-dev povray gnuplot-nox
 

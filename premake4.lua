@@ -10,8 +10,8 @@ solution "rt"
         files { "Main.c", "scene_lua.c", "src/**.c" }
         includedirs { "src", "." }
         buildoptions { "-std=c11 -D_GNU_SOURCE -g -ffp-contract=off -fno-math-errno -fno-trapping-math",
-                       "-Wall -Wextra -Wpedantic `pkg-config --cflags lua5.4`" }
-        linkoptions { "`pkg-config --libs lua5.4`" }
+                       "-Wall -Wextra -Wpedantic `pkg-config --cflags lua5.4 libdeflate`" }
+        linkoptions { "`pkg-config --libs lua5.4 libdeflate`" }
         links { "lodepng", "m", "pthread" }
         targetdir "build/premake"
 

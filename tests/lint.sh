@@ -37,7 +37,8 @@ includes '.*' | grep -E '"(lua|lauxlib|lualib)|<(lua|lauxlib|lualib)' | grep -v 
     rule "only scene_lua.c includes lua.h"
 includes '.*' | grep -E '<([a-z]*mmintrin|x86intrin|arm_neon)\.h>' | grep -vE '^src/accel/kernel_[a-z0-9_]*\.c:' |
     rule "only src/accel/kernel_*.c include intrinsics"
-includes '.*' | grep lodepng | grep -v '^src/tools/png.c:' | rule "only src/tools/png.c includes lodepng"
+includes '.*' | grep -E 'lodepng|libdeflate' | grep -v '^src/tools/png.c:' |
+    rule "only src/tools/png.c includes lodepng and libdeflate"
 code "${program[@]}" | grep -v '^Main.c:' |
     grep -E '[^A-Za-z0-9_](printf|vprintf|puts|putchar|perror|psignal|exit|_exit|_Exit|quick_exit|abort|stdout|stderr)\b' |
     grep -vE '__attribute__' | rule "only Main.c prints or exits"

@@ -259,6 +259,74 @@ static void more_pixels_than_announced(void **state)
     free(data);
 }
 
+/* A file whose pixels are really compressed, and where its only IDAT begins; malloc'ed. */
+static uint8_t *packed_file(uint32_t side, size_t *size)
+{
+    uint8_t *rgb = malloc((size_t)3 * side * side), *data;
+    assert_non_null(rgb);
+    for (uint32_t i = 0; i < 3 * side * side; i++) rgb[i] = (uint8_t)(i / 7 ^ i / (5 * side));
+    assert_true(png_encode(rgb, 8, side, side, &data, size, NULL));
+    free(rgb);
+    return data;
+}
+
+/* Bytes of the compressed data replaced, its checksum set right: an error, or a picture that the damage missed. */
+static void damaged_pixels(void **state)
+{
+    (void)state;
+    enum { SIDE = 40 };
+    size_t size;
+    uint8_t *good = packed_file(SIDE, &size), *bad = malloc(size);
+    assert_non_null(bad);
+    size_t idat = size - HEADER - 24;
+    Png whole;
+    assert_true(png_decode("a.png", good, size, 8, &whole, NULL));
+    Rng rng = rng_seed(SEED, 2);
+    int damaged = 0;
+    for (int i = 0; i < 4000; i++) {
+        memcpy(bad, good, size);
+        for (uint32_t k = 1 + rng_u32(&rng) % 3; k > 0; k--)
+            bad[HEADER + 8 + rng_u32(&rng) % idat] = (uint8_t)rng_u32(&rng);
+        put_u32(bad + HEADER + 8 + idat, crc32(bad + HEADER + 4, idat + 4));
+        Png png;
+        Err err = {ERR_NONE, ""};
+        if (png_decode("a.png", bad, size, 8, &png, &err)) {
+            assert_memory_equal(png.rgb, whole.rgb, 3 * SIDE * SIDE);
+            png_free(&png);
+            continue;
+        }
+        assert_int_equal(err.kind, ERR_INPUT);
+        damaged += strcmp(err.text, "a.png: the compressed data is damaged") == 0;
+    }
+    assert_true(damaged > 2000);
+    png_free(&whole);
+    free(good);
+    free(bad);
+}
+
+static void every_allocation_of_the_encoder_may_fail(void **state)
+{
+    (void)state;
+    static const uint8_t rgb[3 * 10 * 10];
+    for (long n = 1;; n++) {
+        uint8_t *data;
+        size_t size;
+        Err err = {ERR_NONE, ""};
+        alloc_fail_at(n);
+        bool done = png_encode(rgb, 8, 10, 10, &data, &size, &err);
+        bool failed = alloc_fail_stop();
+        assert_true(failed == !done);
+        if (!failed) {
+            free(data);
+            assert_true(n > 1);
+            break;
+        }
+        assert_null(data);
+        assert_int_equal(err.kind, ERR_LIMIT);
+        assert_string_equal(err.text, "out of memory for the encoded picture");
+    }
+}
+
 static void every_allocation_may_fail(void **state)
 {
     (void)state;
@@ -299,6 +367,8 @@ int main(void)
         cmocka_unit_test(broken_files),
         cmocka_unit_test(files_that_cant_be_opened),
         cmocka_unit_test(more_pixels_than_announced),
+        cmocka_unit_test(damaged_pixels),
+        cmocka_unit_test(every_allocation_of_the_encoder_may_fail),
         cmocka_unit_test(every_allocation_may_fail),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,6 +1,4 @@
-/* A line at a time. Numbers of at most 19 digits, which is nearly all of them, are converted here: exactly as
- * digits * 10^e in double where both fit (Clinger 1990), else by one integer division with a sticky bit; the rest goes
- * to strtod_l in the C locale. */
+/* A line at a time, straight into arrays that double. */
 #include "tools/obj.h"
 
 #include <float.h>
@@ -9,11 +7,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "tools/decimal.h"
 #include "tools/lines.h"
 
-__extension__ typedef unsigned __int128 U128;
-
-enum { FIRST_CAPACITY = 1024, SHOWN_CHARS = 40, MAX_EXACT_DIGITS = 19, MAX_EXACT_POWER = 22 };
+enum { FIRST_CAPACITY = 1024, SHOWN_CHARS = 40 };
 
 #define MAX_COUNT (UINT32_MAX - 1)
 
@@ -75,36 +72,6 @@ static bool token_error(Reader *r, const char *token, const char *what)
 
 /* ---- numbers ---- */
 
-/* digits / 10^power, rounded to nearest, for digits > 0 and 0 < power <= 19. */
-static double divide_by_power(uint64_t digits, int power)
-{
-    uint64_t divisor = 1;
-    for (int i = 0; i < power; i++) divisor *= 10;
-    int shift = __builtin_clzll(digits);
-    U128 dividend = (U128)(digits << shift) << 64;
-    U128 quotient = dividend / divisor;  /* at least 2^127 / 10^19 > 2^63: far more bits than are kept */
-    if (dividend % divisor) quotient |= 1;
-    return ldexp((double)quotient, -64 - shift);
-}
-
-/* digits * 10^power if that is certain to be rounded correctly. */
-static bool exact_scale(uint64_t digits, int64_t power, double *x)
-{
-    static const double tens[MAX_EXACT_POWER + 1] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
-                                                     1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
-                                                     1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
-    if (digits == 0) {
-        *x = 0;
-    } else if (digits <= (uint64_t)1 << DBL_MANT_DIG && power >= -MAX_EXACT_POWER && power <= MAX_EXACT_POWER) {
-        *x = power < 0 ? (double)digits / tens[-power] : (double)digits * tens[power];
-    } else if (power < 0 && power >= -MAX_EXACT_DIGITS) {
-        *x = divide_by_power(digits, (int)-power);
-    } else {
-        return false;
-    }
-    return true;
-}
-
 /* Words for what isn't a number at all are told from those for what is none that can be used. */
 static bool number_error(Reader *r, const char *token)
 {
@@ -113,51 +80,11 @@ static bool number_error(Reader *r, const char *token)
     return token_error(r, token, special ? "is not a finite number" : "is not a number");
 }
 
-/* A decimal number at *at, which is moved behind it. */
+/* A finite decimal number at *at, which is moved behind it. */
 static bool parse_number(Reader *r, const char **at, double *x)
 {
-    const char *token = *at, *p = token;
-    bool negative = *p == '-';
-    if (*p == '-' || *p == '+') p++;
-
-    uint64_t digits = 0;
-    int significant = 0;
-    int64_t power = 0;
-    const char *first = p;
-    bool point = false;
-    for (;; p++) {
-        if (is_digit(*p)) {
-            if (significant < MAX_EXACT_DIGITS) {
-                digits = 10 * digits + (uint64_t)(*p - '0');
-                significant += digits > 0;
-                power -= point;
-            } else {
-                significant++;
-            }
-        } else if (*p == '.' && !point) {
-            point = true;
-        } else {
-            break;
-        }
-    }
-    if (p - first == point) return number_error(r, token);
-    if (*p == 'e' || *p == 'E') {
-        p++;
-        bool minus = *p == '-';
-        if (*p == '-' || *p == '+') p++;
-        if (!is_digit(*p)) return number_error(r, token);
-        int64_t exponent = 0;
-        for (; is_digit(*p); p++)
-            if (exponent < 1000000) exponent = 10 * exponent + (*p - '0');
-        power += minus ? -exponent : exponent;
-    }
-    if (!ends_token(p)) return number_error(r, token);
-    *at = p;
-    if (significant <= MAX_EXACT_DIGITS && exact_scale(digits, power, x)) {
-        if (negative) *x = -*x;
-        return true;
-    }
-    *x = strtod_l(token, NULL, r->c_locale);
+    const char *token = *at;
+    if (!decimal_read(at, x, r->c_locale) || !ends_token(*at)) return number_error(r, token);
     return isfinite(*x) || token_error(r, token, "is not a finite number");
 }
 

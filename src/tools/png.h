@@ -1,4 +1,4 @@
-/* PNG files in and out (lodepng). */
+/* PNG files in and out (lodepng, with libdeflate to pack and unpack). */
 #ifndef RT_TOOLS_PNG_H
 #define RT_TOOLS_PNG_H
 
