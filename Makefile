@@ -41,10 +41,12 @@ SUPPORT := $(wildcard tests/support/*.c)
 TESTS   := $(patsubst %.c,$(OUT)/%,$(wildcard tests/test_*.c))
 STABILITY := $(OUT)/tests/stability/stability
 PRECISION := $(OUT)/tests/bench/precision
+KERNELS := $(OUT)/tests/bench/kernels/kernels
 TOOLS   := $(patsubst %.c,$(OUT)/%,$(wildcard tests/tools/*.c))
 object   = $(patsubst %.c,$(OUT)/obj/%.o,$(1))
 OBJECTS := $(call object,$(SOURCES) $(SUPPORT) \
            $(wildcard Main.c tests/test_*.c $(foreach folder,tools stability bench,tests/$(folder)/*.c)))
+KERNELS_OBJECTS := $(call object,$(wildcard tests/bench/kernels/*.c))
 
 all: $(PROGRAM)
 
@@ -73,6 +75,11 @@ $(STABILITY): $(call object,$(wildcard tests/stability/*.c)) $(OUT)/libsupport.a
 	@echo "  LD $@"
 	$(Q)$(CC) $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ $(LIBS) $(TEST_LIBS)
 
+$(KERNELS): $(KERNELS_OBJECTS) $(OUT)/libsupport.a $(OUT)/librt.a
+	@mkdir -p $(@D)
+	@echo "  LD $@"
+	$(Q)$(CC) $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ $(LIBS) $(TEST_LIBS) -lembree3
+
 $(OUT)/obj/tests/%.o: CFLAGS_ALL += -Itests
 $(OUT)/obj/%.o: %.c $(OUT)/flags
 	@mkdir -p $(@D)
@@ -83,7 +90,7 @@ $(OUT)/obj/%.o: %.c $(OUT)/flags
 $(OUT)/flags: FORCE
 	@mkdir -p $(@D); echo '$(CC) $(CFLAGS_ALL)' | cmp -s - $@ || echo '$(CC) $(CFLAGS_ALL)' >$@
 
--include $(OBJECTS:.o=.d)
+-include $(OBJECTS:.o=.d) $(KERNELS_OBJECTS:.o=.d)
 
 # Everything that can be compiled, the tests too; `tests` builds them without running them.
 objects: $(OBJECTS)

@@ -285,6 +285,7 @@ static bool make_blocks(MeshPrim *mesh)
     mesh->block = aligned_alloc(64, (leaves + (size_t)1) * sizeof *mesh->block);
     if (!mesh->block) return false;
     uint32_t n = 0;
+    mesh->block_count = leaves;
     for (uint32_t i = 0; i < bvh->node_count; i++)
         for (int k = 0; k < bvh->node[i].used; k++) {
             BvhNode *node = &bvh->node[i];
@@ -300,6 +301,13 @@ static bool make_blocks(MeshPrim *mesh)
 const MeshPrim *mesh_prim_data(const Prim *prim)
 {
     return prim->ops == &open_ops || prim->ops == &closed_ops ? (const MeshPrim *)prim : NULL;
+}
+
+uint64_t mesh_prim_bytes(const Prim *prim)
+{
+    const MeshPrim *mesh = mesh_prim_data(prim);
+    if (!mesh) return 0;
+    return (uint64_t)mesh->bvh.node_count * sizeof *mesh->bvh.node + (uint64_t)mesh->block_count * sizeof *mesh->block;
 }
 
 static bool build(MeshPrim *mesh, Err *err)
