@@ -185,7 +185,7 @@ static void add_on_legs(Builder *b, Vec3 low, Vec3 high, double thickness)
 
 static void make_room(Shape *s, Builder *b, uint32_t triangles)
 {
-    enum { TABLES = 5, SHELVES = 6, THINGS = 240 };
+    enum { TABLES = 5, SHELVES = 6, THINGS = 480 };
     Rng rng = rng_seed(SEED, 1);
     add_box(b, vec3_make(0, 0, 0), vec3_make(8, 3, 6), 6);
     Vec3 place[THINGS];
@@ -213,12 +213,12 @@ static void make_room(Shape *s, Builder *b, uint32_t triangles)
     uint32_t rows = (uint32_t)lround(sqrt(0.9 * left / THINGS / 4)) + 1;
     uint32_t columns = (uint32_t)lround(0.9 * left / THINGS / 2 / (rows - 1));
     for (int i = 0; i < THINGS; i++) {
-        double size = uniform(&rng, 0.2, 1), squash = uniform(&rng, 0.6, 1.4), radius = 0.02 + 0.12 * size * size;
+        double size = uniform(&rng, 0.2, 1), squash = uniform(&rng, 0.6, 1.4), radius = 0.03 + 0.15 * size * size;
         Pebble p = {vec3_add(place[i], vec3_make(0, radius * squash, 0)), radius, squash};
         add_grid(b, rows, columns < 3 ? 3 : columns, pebble_at, &p);
     }
-    s->eye = vec3_make(0.4, 1.75, 0.5);
-    s->view = vec3_make(1, -0.22, 0.75);
+    s->eye = vec3_make(0.7, 1.4, 0.9);
+    s->view = vec3_make(1, -0.25, 0.7);
     s->light = vec3_make(4.2, 2.85, 3);
     s->fov_deg = 65;
 }
