@@ -203,9 +203,10 @@ static void make_room(Shape *s, Builder *b, uint32_t triangles)
         add_box(b, vec3_make(2, 0.4 + 0.4 * i, 5.6), vec3_make(7, 0.43 + 0.4 * i, 6), 1);
     for (int i = 0; i < THINGS; i++) {  /* on tables, shelves, the floor */
         int k = i % 3 == 0 ? i / 3 % TABLES : i / 3 % SHELVES;
-        place[i] = i % 3 == 0   ? vec3_make(1.6 + 1.25 * k + uniform(&rng, 0.1, 0.8), 0.75, 1.6 + 2.2 * (k % 2) + uniform(&rng, 0.1, 1.3))
-                   : i % 3 == 1 ? vec3_make(uniform(&rng, 2.1, 6.9), 0.43 + 0.4 * k, uniform(&rng, 5.65, 5.95))
-                                : vec3_make(uniform(&rng, 0.8, 7.5), 0, uniform(&rng, 0.8, 5.4));
+        double x = rng_double(&rng), z = rng_double(&rng);
+        place[i] = i % 3 == 0   ? vec3_make(1.7 + 1.25 * k + 0.7 * x, 0.75, 1.7 + 2.2 * (k % 2) + 1.2 * z)
+                   : i % 3 == 1 ? vec3_make(2.1 + 4.8 * x, 0.43 + 0.4 * k, 5.65 + 0.3 * z)
+                                : vec3_make(0.8 + 6.7 * x, 0, 0.8 + 4.6 * z);
     }
     double left = triangles > b->mesh->triangle_count ? triangles - b->mesh->triangle_count : 0;
     uint32_t fold = (uint32_t)lround(sqrt(0.1 * left / 8)) + 1;
@@ -244,10 +245,13 @@ static void make_thin(Shape *s, Builder *b, uint32_t triangles)
     add_grid(b, 1, 1, flat_at, &ground);
     uint32_t blades = triangles / (2 * SIDES * PIECES);
     for (uint32_t i = 0; i < blades; i++) {
-        Blade blade = {.root = vec3_make(uniform(&rng, -4, 4), 0, uniform(&rng, -4, 4)),
-                       .lean = vec3_make(uniform(&rng, -0.5, 0.5), 0, uniform(&rng, -0.5, 0.5)),
-                       .height = uniform(&rng, 0.7, 1.5), .radius = uniform(&rng, 0.003, 0.007),
-                       .turn = uniform(&rng, 0, 2 * M_PI)};
+        Blade blade = {.radius = uniform(&rng, 0.003, 0.007)};  /* one draw after the other, in this order */
+        blade.root.x = uniform(&rng, -4, 4);
+        blade.root.z = uniform(&rng, -4, 4);
+        blade.lean.x = uniform(&rng, -0.5, 0.5);
+        blade.lean.z = uniform(&rng, -0.5, 0.5);
+        blade.height = uniform(&rng, 0.7, 1.5);
+        blade.turn = uniform(&rng, 0, 2 * M_PI);
         add_grid(b, PIECES, SIDES, blade_at, &blade);
     }
     s->eye = vec3_make(0.3, 2, 6.5);
