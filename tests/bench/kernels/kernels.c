@@ -425,7 +425,8 @@ static void measure_kind(Bench *b, const Subject *s, Kind kind, bool sweep_only)
         measure_row(&row, rays, &run, b->options.repeat);
         print_row(&row);
         if (!sweep_only) b->row[b->rows++] = row;
-        if (s->config->sweep && kind == CAMERA && row.threads == 1 && row_is_right(&row)) {
+        if (s->config->sweep && b->options.parts & PART_SWEEP && kind == CAMERA && row.threads == 1 &&
+            row_is_right(&row)) {
             double ns = 1e9 / (double)count;
             b->sweep[b->sweeps++] =
                 (SweepRow){row.mesh, row.triangles, ns * row.rt_s, ns * row.embree_s[0], ns * row.embree_s[1]};
