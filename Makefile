@@ -43,9 +43,11 @@ SUPPORT := $(wildcard tests/support/*.c)
 TESTS   := $(patsubst %.c,$(OUT)/%,$(wildcard tests/test_*.c))
 STABILITY := $(OUT)/tests/stability/stability
 PRECISION := $(OUT)/tests/bench/precision
+KERNELS := $(OUT)/tests/bench/kernels/kernels
 object   = $(patsubst %.c,$(OUT)/obj/%.o,$(1))
 OBJECTS := $(call object,$(SOURCES) $(SUPPORT) \
            $(wildcard Main.c tests/test_*.c $(foreach folder,stability bench,tests/$(folder)/*.c)))
+KERNELS_OBJECTS := $(call object,$(wildcard tests/bench/kernels/*.c))
 
 all: $(PROGRAM)
 
@@ -74,6 +76,11 @@ $(STABILITY): $(call object,$(wildcard tests/stability/*.c)) $(OUT)/libsupport.a
 	@echo "  LD $@"
 	$(Q)$(CC) $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ $(LIBS) $(TEST_LIBS)
 
+$(KERNELS): $(KERNELS_OBJECTS) $(OUT)/libsupport.a $(OUT)/librt.a
+	@mkdir -p $(@D)
+	@echo "  LD $@"
+	$(Q)$(CC) $(CFLAGS_ALL) $(LDFLAGS) -o $@ $^ $(LIBS) $(TEST_LIBS) -lembree3
+
 $(OUT)/obj/tests/%.o: CFLAGS_ALL += -Itests
 $(OUT)/obj/%.o: %.c $(OUT)/flags
 	@mkdir -p $(@D)
@@ -84,7 +91,7 @@ $(OUT)/obj/%.o: %.c $(OUT)/flags
 $(OUT)/flags: FORCE
 	@mkdir -p $(@D); echo '$(CC) $(CFLAGS_ALL)' | cmp -s - $@ || echo '$(CC) $(CFLAGS_ALL)' >$@
 
--include $(OBJECTS:.o=.d)
+-include $(OBJECTS:.o=.d) $(KERNELS_OBJECTS:.o=.d)
 
 # Everything that can be compiled, the tests too; `tests` builds them without running them.
 objects: $(OBJECTS)
@@ -93,7 +100,7 @@ tests: $(PROGRAM) $(TESTS) $(STABILITY) $(PRECISION)
 # Debian packages: to build, to test, to benchmark.
 BUILD_PACKAGES := gcc libc6-dev make pkg-config liblua5.4-dev liblodepng-dev libdeflate-dev libcglm-dev
 TEST_PACKAGES  := libcmocka-dev libmpfr-dev valgrind lua5.4 povray premake4 clang
-BENCH_PACKAGES := libembree-dev povray gnuplot-nox
+BENCH_PACKAGES := libcmocka-dev libmpfr-dev libembree-dev povray lua5.4 gnuplot-nox
 
 deps: ; @.ci/install $(BUILD_PACKAGES) $(TEST_PACKAGES) $(BENCH_PACKAGES)
 deps-build: ; @.ci/install $(BUILD_PACKAGES)
@@ -114,9 +121,19 @@ stability: deps-test
 	@$(MAKE) --no-print-directory build/release/tests/stability/stability BUILD=release
 	build/release/tests/stability/stability $(if $(LONG),--long,--full)
 
-bench: deps-bench
-	@$(MAKE) --no-print-directory all BUILD=release
-	tests/bench/run.sh
+# One after the other, so that they don't take each other's processors.
+bench:
+	@$(MAKE) --no-print-directory bench-kernels
+	@$(MAKE) --no-print-directory bench-scenes
+
+bench-kernels: deps-bench
+	@$(MAKE) --no-print-directory build/release/tests/bench/kernels/kernels BUILD=release
+	build/release/tests/bench/kernels/kernels --json build/bench-kernels.json
+	@echo "The table is also build/bench-kernels.json"
+
+bench-scenes: deps-bench
+	@$(MAKE) --no-print-directory all build/release/tests/tools/pngdiff BUILD=release
+	tests/bench/scenes.sh
 
 precision: deps-bench
 	@$(MAKE) --no-print-directory build/release/tests/bench/precision BUILD=release
@@ -138,7 +155,9 @@ help:
 	@echo 'make test     install what the tests need, build and run them all'
 	@echo 'make stability  print the table of stiff and extreme cases (LONG=1: more trials)'
 	@echo 'make lint     check the rules of the code'
-	@echo 'make bench    install what the benchmarks need, run them'
+	@echo 'make bench    install what the benchmarks need, run both:'
+	@echo 'make bench-kernels  rays and builds against Embree (a part: see tests/bench/kernels/kernels.c)'
+	@echo 'make bench-scenes   whole runs against POV-Ray, triangles, pixels, threads'
 	@echo 'make precision  measure error against time of the primitives and solvers'
 	@echo 'make deps     install all packages (apt-get; elsewhere it says their names)'
 	@echo 'make install  to $(DESTDIR)$(PREFIX)/bin'
@@ -147,4 +166,4 @@ help:
 
 FORCE:
 .SECONDARY:
-.PHONY: all objects tests deps deps-build deps-test deps-bench demo test stability bench precision lint install clean help FORCE
+.PHONY: all objects tests deps deps-build deps-test deps-bench demo test stability bench bench-kernels bench-scenes precision lint install clean help FORCE

@@ -9,6 +9,7 @@
 
 #include "accel/mesh_prim.h"
 #include "common/rng.h"
+#include "node/primitive/primitive.h"
 #include "support/mesh_sphere.h"
 
 static Vec3 random_vector(Rng *rng)
@@ -223,12 +224,25 @@ static void baked_equals_separate(void **state)
     mesh_destroy(b);
 }
 
+/* At least an index and two floats for a triangle, at most some five hundred bytes; nothing for what is no mesh. */
+static void tells_its_bytes(void **state)
+{
+    (void)state;
+    Mesh *m = mesh_sphere(40, 40, vec3_make(0, 0, 0));
+    Prim *p = mesh_prim_create(m, true, NULL, NULL), *sphere = sphere_create();
+    assert_true(mesh_prim_bytes(p) > (uint64_t)m->triangle_count * 12 && mesh_prim_bytes(p) < (uint64_t)m->triangle_count * 500);
+    assert_int_equal(mesh_prim_bytes(sphere), 0);
+    prim_destroy(sphere);
+    prim_destroy(p);
+    mesh_destroy(m);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(one_way_in_one_way_out), cmocka_unit_test(grid_box_is_tight),
         cmocka_unit_test(equals_brute_force),     cmocka_unit_test(leaving_rays_are_free),
-        cmocka_unit_test(baked_equals_separate),
+        cmocka_unit_test(baked_equals_separate),  cmocka_unit_test(tells_its_bytes),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

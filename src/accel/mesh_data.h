@@ -45,6 +45,7 @@ typedef struct {
     uint32_t triangle_count;
     Bvh bvh;                 /* leaves refer to blocks */
     MeshBlock *block;
+    uint32_t block_count;
     Box bounds;
     float reach;             /* of the bounds, rounded up */
     MeshPart *source;          /* in the order of their first triangle; one with the identity unless baked */

@@ -366,6 +366,7 @@ static bool make_blocks(MeshBuild *m, uint32_t threads)
     }
     mesh->block = memory_array(leaves + (size_t)1, sizeof *mesh->block);
     if (!mesh->block) return false;
+    mesh->block_count = leaves;
     parallel_for(threads, chunks, blocks_turn, m);
     free(mesh->bvh.order);
     mesh->bvh.order = NULL;
@@ -376,6 +377,13 @@ static bool make_blocks(MeshBuild *m, uint32_t threads)
 const MeshPrim *mesh_prim_data(const Prim *prim)
 {
     return prim->ops == &open_ops || prim->ops == &closed_ops ? (const MeshPrim *)prim : NULL;
+}
+
+uint64_t mesh_prim_bytes(const Prim *prim)
+{
+    const MeshPrim *mesh = mesh_prim_data(prim);
+    if (!mesh) return 0;
+    return (uint64_t)mesh->bvh.node_count * sizeof *mesh->bvh.node + (uint64_t)mesh->block_count * sizeof *mesh->block;
 }
 
 static void refs_turn(void *context, uint32_t chunk, uint32_t worker)

@@ -25,4 +25,8 @@ typedef struct {
 
 Prim *mesh_prim_bake(const BakedMesh *baked, uint32_t count, const MeshSettings *settings, Err *err);
 
+/* Bytes of what was built to find the triangles, without the positions and indices that they are made of; 0 if the
+ * primitive is no mesh. */
+uint64_t mesh_prim_bytes(const Prim *prim);
+
 #endif

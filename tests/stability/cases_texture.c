@@ -35,7 +35,7 @@ static void write_image(const Image *image, const char *name)
     uint8_t *data;
     size_t size;
     Err err;
-    CHECK(png_encode(image->rgb, image->width, image->height, &data, &size, &err));
+    CHECK(png_encode(image->rgb, 8, image->width, image->height, &data, &size, &err));
     test_file_bytes(name, data, size);
     free(data);
 }
