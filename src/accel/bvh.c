@@ -685,8 +685,8 @@ static uint32_t count_below(const Build *b, const Binary *root)
 static void order_children(BvhNode *node)
 {
     for (uint32_t octant = 0; octant < 4; octant++) {
-        float key[BVH_WIDTH];
-        uint32_t order[BVH_WIDTH];
+        float key[BVH_WIDTH] = {0};
+        uint32_t order[BVH_WIDTH] = {0};
         for (uint32_t i = 0; i < BVH_WIDTH; i++) {
             float k = 0;
             for (uint32_t a = 0; a < 3; a++) {

@@ -115,7 +115,11 @@ static inline Doubles doubles_set(double x) { return _mm_set1_pd(x); }
 static inline Doubles doubles_max(Doubles a, Doubles b) { return _mm_max_pd(a, b); }
 static inline Doubles doubles_abs(Doubles a) { return _mm_andnot_pd(_mm_set1_pd(-0.0), a); }
 static inline uint32_t doubles_lt(Doubles a, Doubles b) { return (uint32_t)_mm_movemask_pd(_mm_cmplt_pd(a, b)); }
-static inline Doubles doubles_of_floats(const float *p) { return _mm_cvtps_pd(_mm_castsi128_ps(_mm_loadl_epi64((const __m128i *)p))); }
+static inline Doubles doubles_of_floats(const float *p)
+{
+    return _mm_cvtps_pd(_mm_castsi128_ps(_mm_loadl_epi64((const __m128i *)p)));
+}
+
 static inline void doubles_to_floats(float *to, Doubles a) { _mm_storel_pi((__m64 *)to, _mm_cvtpd_ps(a)); }
 
 typedef __m128d DoublesMask;

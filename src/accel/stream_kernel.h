@@ -61,7 +61,7 @@ static inline Margins margins_of(float o_err, float d_err, float d_most, float r
 typedef struct {
     _Alignas(64) float o[3][GROUP];
     float d[3][GROUP], r[3][GROUP];            /* r = 1 / d */
-    float near_c[3][GROUP], far_c[3][GROUP];   /* a plane p is entered at p r - near_c at the earliest, left by p r - far_c */
+    float near_c[3][GROUP], far_c[3][GROUP];   /* a plane p is entered at p r - near_c or later, left by p r - far_c */
     float shift[GROUP];                        /* t of the origins on the rays as given; the t below are beyond that */
     float tmin[GROUP];                         /* rounded down, for boxes */
     float tmax[GROUP];                         /* of the ray or the nearest hit so far, rounded up */
@@ -259,7 +259,8 @@ static uint64_t object_space(const Walk *w, const Object *object, uint64_t rays,
         *(Lanes *)(s->shift + at) = shift;
         for (uint32_t k = 0; k < LANES; k += DOUBLES)
             for (int a = 0; a < 3; a++)
-                doubles_to_floats(s->o[a] + at + k, *(Doubles *)(o[a] + k) + doubles_of_floats(s->shift + at + k) * *(Doubles *)(d[a] + k));
+                doubles_to_floats(s->o[a] + at + k, *(Doubles *)(o[a] + k) +
+                                                        doubles_of_floats(s->shift + at + k) * *(Doubles *)(d[a] + k));
         for (int a = 0; a < 3; a++) reach = lanes_max(reach, lanes_pick(in, lanes_abs(at_lane(s->o[a], at)), reach));
         /* t - shift has one rounding */
         Lanes tmin = at_lane(from->tmin, at) - shift, tmin_up = at_lane(from->tmin_up, at) - shift;
@@ -268,8 +269,9 @@ static uint64_t object_space(const Walk *w, const Object *object, uint64_t rays,
         *(Lanes *)(s->tmin + at) = lanes_fma(lanes_abs(tmin), back, tmin);
         *(Lanes *)(s->tmin_up + at) = lanes_fma(lanes_abs(tmin_up), ulp, tmin_up);
         *(Lanes *)(s->tmax + at) = lanes_fma(lanes_abs(tmax), ulp, tmax);
-        *(Lanes *)(s->end_down + at) = lanes_pick(lanes_lt(end, lanes_set(INFINITY)), lanes_fma(lanes_abs(end), back, end), end);
-        *(Lanes *)(s->best_low + at) = lanes_pick(lanes_lt(low, lanes_set(INFINITY)), lanes_fma(lanes_abs(low), back, low), low);
+        Mask ends = lanes_lt(end, lanes_set(INFINITY)), known = lanes_lt(low, lanes_set(INFINITY));
+        *(Lanes *)(s->end_down + at) = lanes_pick(ends, lanes_fma(lanes_abs(end), back, end), end);
+        *(Lanes *)(s->best_low + at) = lanes_pick(known, lanes_fma(lanes_abs(low), back, low), low);
     }
     if (!met) return 0;
     s->reach = slab_up(lanes_greatest(reach));
@@ -321,7 +323,7 @@ static void settle(Walk *w, uint32_t i)
     w->exact |= (uint64_t)1 << i;
 }
 
-/* A hit in double, found in s, that may be the nearest. Of equal t that of the least object, then the least part, counts. */
+/* A hit in double, found in s, that may be the nearest. Of equal t that of the least object, then part, counts. */
 static void offer(Walk *w, Space *s, uint32_t i, const Hit *hit)
 {
     float t = (float)(hit->t * w->per_scale[i] - (double)s->shift[i]);
@@ -392,7 +394,8 @@ static inline __attribute__((always_inline)) void block_by_triangles(const Targe
             Lanes cz = lanes_set(b->v[2][j]) - at_lane(s->o[2], at);
             Lanes qx = lanes_fms(cy, dz, cz * dy), qy = lanes_fms(cz, dx, cx * dz), qz = lanes_fms(cx, dy, cy * dx);
             Lanes sign = lanes_sign(det), size = lanes_abs(det);
-            Lanes u = lanes_flip(lanes_fma(qx, lanes_set(e2[0]), lanes_fma(qy, lanes_set(e2[1]), qz * lanes_set(e2[2]))), sign);
+            Lanes u = lanes_fma(qx, lanes_set(e2[0]), lanes_fma(qy, lanes_set(e2[1]), qz * lanes_set(e2[2])));
+            u = lanes_flip(u, sign);
             Lanes minus_v =
                 lanes_flip(lanes_fma(qx, lanes_set(e1[0]), lanes_fma(qy, lanes_set(e1[1]), qz * lanes_set(e1[2]))), sign);
             Lanes sum = u - minus_v;
@@ -401,7 +404,8 @@ static inline __attribute__((always_inline)) void block_by_triangles(const Targe
                                 lanes_lt(size + lanes_set(2 * mu + md), sum));
             Mask left = mask_without(mask_of(active), mask_and(sided, miss));
             if (!mask_bits(left)) continue;
-            Lanes t_num = lanes_flip(lanes_fma(cx, lanes_set(n[0]), lanes_fma(cy, lanes_set(n[1]), cz * lanes_set(n[2]))), sign);
+            Lanes t_num = lanes_fma(cx, lanes_set(n[0]), lanes_fma(cy, lanes_set(n[1]), cz * lanes_set(n[2])));
+            t_num = lanes_flip(t_num, sign);
             Lanes tmax = at_lane(s->tmax, at), tmin = at_lane(s->tmin, at);
             Mask late = mask_or(lanes_lt(lanes_fma(tmax, size, lanes_fma(tmax, lanes_set(md), lanes_set(mt))), t_num),
                                 lanes_lt(t_num, lanes_fms(tmin, size, lanes_fma(tmin, lanes_set(md), lanes_set(mt)))));
@@ -972,7 +976,7 @@ static inline __attribute__((always_inline)) Doubles along(Axes k, Doubles x, Do
 }
 
 typedef struct {
-    _Alignas(64) double o[3][DOUBLES], d[3][DOUBLES], scale[DOUBLES], corner[3][3][DOUBLES];  /* d times scale, as in Shear */
+    _Alignas(64) double o[3][DOUBLES], d[3][DOUBLES], scale[DOUBLES], corner[3][3][DOUBLES];  /* d is times scale */
     double t[DOUBLES], u[DOUBLES], v[DOUBLES];
 } Confirm;
 
