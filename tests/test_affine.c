@@ -152,6 +152,24 @@ static void powers_of_two(void **state)
         for (int j = 0; j < 4; j++) assert_true(b.m[i][j] == a.m[i][j] / 8);
 }
 
+/* Any number, subnormal ones too, by any power of two, those beyond the range of numbers too: rounded once. */
+static void powers_of_two_round_as_ldexp(void **state)
+{
+    (void)state;
+    Rng rng = rng_seed(SEED, 6);
+    for (int i = 0; i < 1000000; i++) {
+        uint64_t bits = (uint64_t)rng_u32(&rng) << 32 | rng_u32(&rng);
+        if (i % 4 == 0) bits &= ~((uint64_t)0x7ff << 52);
+        int exponent = (int)(rng_u32(&rng) % 4400) - 2200;
+        Affine a = affine_identity();
+        memcpy(&a.m[1][2], &bits, sizeof bits);
+        if (!isfinite(a.m[1][2])) continue;
+        double expected = ldexp(a.m[1][2], exponent);
+        Affine b = affine_ldexp(&a, exponent);
+        assert_memory_equal(&b.m[1][2], &expected, sizeof expected);
+    }
+}
+
 /* The error of affine_point stays within its bound; the true image comes from quadruple precision. */
 static void error_bounds_hold(void **state)
 {
@@ -218,6 +236,7 @@ int main(void)
         cmocka_unit_test(inverses_lose_nothing_by_scale),
         cmocka_unit_test(what_has_no_inverse),
         cmocka_unit_test(powers_of_two),
+        cmocka_unit_test(powers_of_two_round_as_ldexp),
         cmocka_unit_test(error_bounds_hold),
         cmocka_unit_test(boxes_contain_their_images),
         cmocka_unit_test(normals_stay_perpendicular),

@@ -1,5 +1,7 @@
 #include "common/affine.h"
 
+#include <float.h>
+#include <stdint.h>
 #include <string.h>
 
 #include "common/numeric.h"
@@ -60,19 +62,30 @@ Affine affine_mul(const Affine *a, const Affine *b)
     return r;
 }
 
+<<<<<<< HEAD
 bool affine_is_finite(const Affine *a)
 {
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 4; j++)
             if (!isfinite(a->m[i][j])) return false;
     return true;
+=======
+/* ldexp without the call. One multiplication by a power of two that is a normal number rounds as ldexp does. */
+static double scaled(double x, int exponent)
+{
+    if (exponent < DBL_MIN_EXP - 1 || exponent >= DBL_MAX_EXP) return ldexp(x, exponent);
+    uint64_t bits = (uint64_t)(exponent + DBL_MAX_EXP - 1) << (DBL_MANT_DIG - 1);
+    double power;
+    memcpy(&power, &bits, sizeof power);
+    return x * power;
+>>>>>>> obj
 }
 
 Affine affine_ldexp(const Affine *a, int exponent)
 {
     Affine r;
     for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 4; j++) r.m[i][j] = ldexp(a->m[i][j], exponent);
+        for (int j = 0; j < 4; j++) r.m[i][j] = scaled(a->m[i][j], exponent);
     return r;
 }
 
@@ -87,10 +100,10 @@ static bool balance(const Affine *a, double b[3][3], int row[3], int col[3])
     }
     for (int j = 0; j < 3; j++) {
         double m = 0;
-        for (int i = 0; i < 3; i++) m = fmax(m, fabs(ldexp(a->m[i][j], -row[i])));
+        for (int i = 0; i < 3; i++) m = fmax(m, fabs(scaled(a->m[i][j], -row[i])));
         if (!(m > 0)) return false;
         col[j] = ilogb(m);
-        for (int i = 0; i < 3; i++) b[i][j] = ldexp(a->m[i][j], -row[i] - col[j]);
+        for (int i = 0; i < 3; i++) b[i][j] = scaled(a->m[i][j], -row[i] - col[j]);
     }
     return true;
 }
@@ -128,7 +141,7 @@ bool affine_inverse(const Affine *a, Affine *inverse)
     if (!(fabs(det) > GAMMA(5) * permanent(b))) return false;
     Affine r;
     for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) r.m[i][j] = ldexp(cofactor(b, j, i) / det, -col[i] - row[j]);
+        for (int j = 0; j < 3; j++) r.m[i][j] = scaled(cofactor(b, j, i) / det, -col[i] - row[j]);
     for (int i = 0; i < 3; i++) {
         r.m[i][3] = -(r.m[i][0] * a->m[0][3] + r.m[i][1] * a->m[1][3] + r.m[i][2] * a->m[2][3]);
         for (int j = 0; j < 4; j++)
