@@ -62,14 +62,14 @@ Affine affine_mul(const Affine *a, const Affine *b)
     return r;
 }
 
-<<<<<<< HEAD
 bool affine_is_finite(const Affine *a)
 {
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 4; j++)
             if (!isfinite(a->m[i][j])) return false;
     return true;
-=======
+}
+
 /* ldexp without the call. One multiplication by a power of two that is a normal number rounds as ldexp does. */
 static double scaled(double x, int exponent)
 {
@@ -78,7 +78,6 @@ static double scaled(double x, int exponent)
     double power;
     memcpy(&power, &bits, sizeof power);
     return x * power;
->>>>>>> obj
 }
 
 Affine affine_ldexp(const Affine *a, int exponent)
