@@ -58,6 +58,7 @@ static bool is_ordinary(double c) { return c == 0 || (fabs(c) > 0x1p-200 && fabs
 /* q = -(b + sign(b) sqrt(b^2 - a c)) never subtracts; the roots are q / a and c / q. Bounds to first order. */
 int poly_quadratic(const Dd c[3], const double noise[3], PolyRoot root[2])
 {
+    if (!isfinite(c[0].hi) || !isfinite(c[1].hi) || !isfinite(c[2].hi)) return 0;
     if (c[2].hi == 0) {
         if (c[1].hi == 0) return 0;
         root[0] = linear_root(c, noise, 0);
