@@ -56,14 +56,6 @@ static Ray camera_ray(const World *world, const RenderSettings *s, double x, dou
     return (Ray){world->camera.eye, d, 0, INFINITY};
 }
 
-/* The i-th sample of a pixel: those of replicate A, then those of B. One sample is the pixel's centre. */
-static Sample2 pixel_sample(const RenderSettings *s, uint32_t x, uint32_t y, uint32_t i)
-{
-    if (s->samples == 1) return (Sample2){0.5, 0.5};
-    uint32_t a = sample_share_a(s->samples);
-    return i < a ? sample_pixel(s->seed, x, y, 0, i) : sample_pixel(s->seed, x, y, 1, i - a);
-}
-
 static bool comes_before(const RenderStats *a, const RenderStats *b)
 {
     if (a->first_y != b->first_y) return a->first_y < b->first_y;
@@ -112,6 +104,34 @@ static void write_tile(const Worker *w, uint32_t x0, uint32_t y0, uint32_t x1, u
         }
 }
 
+static void add_sample(Worker *w, Ray ray, Rgb miss, uint16_t pixel, uint32_t sample)
+{
+    w->ray[w->count] = ray;
+    w->missed[w->count] = miss;
+    w->pixel[w->count] = pixel;
+    w->sample[w->count] = sample;
+    if (++w->count == STREAM_RAYS) flush(w);
+}
+
+/* A pixel's samples: those of replicate A, then those of B. One sample is the pixel's centre. */
+static void add_pixel(Worker *w, uint32_t x, uint32_t y, uint16_t pixel)
+{
+    const RenderSettings *s = w->job->settings;
+    const World *world = w->job->world;
+    Rgb miss = background(s, y);
+    if (s->samples == 1) {
+        add_sample(w, camera_ray(world, s, x + 0.5, y + 0.5), miss, pixel, 0);
+        return;
+    }
+    uint32_t share_a = sample_share_a(s->samples);
+    uint64_t key = sample_key(s->seed, x, y, 0);
+    for (uint32_t i = 0; i < s->samples; i++) {
+        if (i == share_a) key = sample_key(s->seed, x, y, 1);
+        Sample2 at = sample_place(key, i < share_a ? i : i - share_a);
+        add_sample(w, camera_ray(world, s, x + at.x, y + at.y), miss, pixel, i);
+    }
+}
+
 /* The even bits of a number, moved together: pixels in the order of a Z curve (Morton 1966) stay near each other. */
 static uint32_t even_bits(uint32_t x)
 {
@@ -131,15 +151,7 @@ static void render_tile(Worker *w, uint32_t tile)
     for (uint32_t k = 0; k < TILE * TILE; k++) {
         uint32_t x = x0 + even_bits(k), y = y0 + even_bits(k >> 1);
         if (x >= x1 || y >= y1) continue;
-        Rgb miss = background(s, y);
-        for (uint32_t i = 0; i < s->samples; i++) {
-            Sample2 at = pixel_sample(s, x, y, i);
-            w->ray[w->count] = camera_ray(w->job->world, s, x + at.x, y + at.y);
-            w->missed[w->count] = miss;
-            w->pixel[w->count] = (uint16_t)((y - y0) * TILE + (x - x0));
-            w->sample[w->count] = i;
-            if (++w->count == STREAM_RAYS) flush(w);
-        }
+        add_pixel(w, x, y, (uint16_t)((y - y0) * TILE + (x - x0)));
     }
     if (w->count) flush(w);
     write_tile(w, x0, y0, x1, y1);

@@ -18,7 +18,7 @@ static void elementary_intervals(void **state)
             for (int a = 0; a <= k; a++) {
                 char seen[512] = {0};
                 for (uint32_t i = 0; i < (1u << k); i++) {
-                    Sample2 s = sample_pixel(seed, 3, seed * 7, seed % 2, i);
+                    Sample2 s = sample_place(sample_key(seed, 3, seed * 7, seed % 2), i);
                     assert_true(s.x >= 0 && s.x < 1 && s.y >= 0 && s.y < 1);
                     int cell = (int)ldexp(s.x, a) << (k - a) | (int)ldexp(s.y, k - a);
                     assert_int_equal(seen[cell], 0);
@@ -34,8 +34,9 @@ static void moments(void **state)
     enum { N = 200000 };
     double mean = 0, square = 0, replicates = 0, dimensions = 0, neighbours = 0;
     for (uint32_t p = 0; p < N; p++) {
-        Sample2 a = sample_pixel(1, p % 512, p / 512, 0, 0), b = sample_pixel(1, p % 512, p / 512, 1, 0);
-        Sample2 c = sample_pixel(1, p % 512 + 1, p / 512, 0, 0);
+        Sample2 a = sample_place(sample_key(1, p % 512, p / 512, 0), 0);
+        Sample2 b = sample_place(sample_key(1, p % 512, p / 512, 1), 0);
+        Sample2 c = sample_place(sample_key(1, p % 512 + 1, p / 512, 0), 0);
         mean += a.x - 0.5;
         square += (a.x - 0.5) * (a.x - 0.5);
         replicates += (a.x - 0.5) * (b.x - 0.5);

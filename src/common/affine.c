@@ -4,8 +4,6 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "common/numeric.h"
-
 Affine affine_identity(void)
 {
     return affine_scale(1, 1, 1);
@@ -150,19 +148,6 @@ bool affine_inverse(const Affine *a, Affine *inverse)
     return true;
 }
 
-Vec3 affine_point_error(const Affine *a, Vec3 p, Vec3 p_err)
-{
-    Vec3 q = vec3_abs(p);
-    double r[3];
-    for (int i = 0; i < 3; i++) {
-        const double *m = a->m[i];
-        double carried = fabs(m[0]) * p_err.x + fabs(m[1]) * p_err.y + fabs(m[2]) * p_err.z;
-        double rounded = fabs(m[0]) * q.x + fabs(m[1]) * q.y + fabs(m[2]) * q.z + fabs(m[3]);
-        r[i] = carried * (1 + GAMMA(4)) + rounded * GAMMA(4);
-    }
-    return vec3_make(r[0], r[1], r[2]);
-}
-
 /* Its length without overflow or underflow. */
 static double length_of(Vec3 v)
 {
@@ -187,8 +172,8 @@ Vec3 affine_disc_extent(const Affine *a)
 
 Box affine_box_about(const Affine *a, Vec3 centre, Vec3 half)
 {
-    Vec3 c = affine_point(a, centre), zero = {0, 0, 0};
-    Vec3 e = vec3_scale(vec3_add(half, affine_point_error(a, centre, zero)), 1 + 8 * UNIT_ROUNDOFF);
+    Vec3 c = affine_point(a, centre);
+    Vec3 e = vec3_scale(vec3_add(half, affine_point_rounding(a, centre)), 1 + 8 * UNIT_ROUNDOFF);
     Box r = {vec3_sub(c, e), vec3_add(c, e)};
     r.lo = vec3_make(nextafter(r.lo.x, -INFINITY), nextafter(r.lo.y, -INFINITY), nextafter(r.lo.z, -INFINITY));
     r.hi = vec3_make(nextafter(r.hi.x, INFINITY), nextafter(r.hi.y, INFINITY), nextafter(r.hi.z, INFINITY));

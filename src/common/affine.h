@@ -6,6 +6,7 @@
 #include <stdbool.h>
 
 #include "common/box.h"
+#include "common/numeric.h"
 #include "common/vec.h"
 
 typedef struct { double m[3][4]; } Affine;
@@ -63,8 +64,29 @@ static inline Vec3 affine_normal(const Affine *inverse, Vec3 n)
                 inverse->m[0][2] * n.x + inverse->m[1][2] * n.y + inverse->m[2][2] * n.z);
 }
 
-/* Bound, per component, on the error of affine_point(a, p) when p itself is off by at most p_err:
- * |A| p_err + gamma_4 (|A| |p| + |b|), Higham 2002, section 3.5. */
-Vec3 affine_point_error(const Affine *a, Vec3 p, Vec3 p_err);
+/* The linear part with every entry by its size, times v; and the size of the shift. */
+static inline Vec3 affine_abs_vector(const Affine *a, Vec3 v)
+{
+    return vec3_make(fabs(a->m[0][0]) * v.x + fabs(a->m[0][1]) * v.y + fabs(a->m[0][2]) * v.z,
+                fabs(a->m[1][0]) * v.x + fabs(a->m[1][1]) * v.y + fabs(a->m[1][2]) * v.z,
+                fabs(a->m[2][0]) * v.x + fabs(a->m[2][1]) * v.y + fabs(a->m[2][2]) * v.z);
+}
+
+static inline Vec3 affine_abs_shift(const Affine *a)
+{
+    return vec3_make(fabs(a->m[0][3]), fabs(a->m[1][3]), fabs(a->m[2][3]));
+}
+
+/* Bound, per component, on the rounding error of affine_point(a, p), gamma_4 (|A| |p| + |b|), Higham 2002, section 3.5. */
+static inline Vec3 affine_point_rounding(const Affine *a, Vec3 p)
+{
+    return vec3_scale(vec3_add(affine_abs_vector(a, vec3_abs(p)), affine_abs_shift(a)), GAMMA(4));
+}
+
+/* The same when p itself is off by at most p_err: |A| p_err more. */
+static inline Vec3 affine_point_error(const Affine *a, Vec3 p, Vec3 p_err)
+{
+    return vec3_add(vec3_scale(affine_abs_vector(a, p_err), 1 + GAMMA(4)), affine_point_rounding(a, p));
+}
 
 #endif

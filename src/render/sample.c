@@ -38,10 +38,13 @@ static uint32_t sobol_1_reversed(uint32_t index)
     return x;
 }
 
-Sample2 sample_pixel(uint64_t seed, uint32_t x, uint32_t y, uint32_t replicate, uint32_t index)
+uint64_t sample_key(uint64_t seed, uint32_t x, uint32_t y, uint32_t replicate)
 {
-    uint64_t key = hash64(hash64(seed) ^ ((uint64_t)y << 32 | x));
-    key = hash64(key + replicate);
+    return hash64(hash64(hash64(seed) ^ ((uint64_t)y << 32 | x)) + replicate);
+}
+
+Sample2 sample_place(uint64_t key, uint32_t index)
+{
     uint32_t a = reverse_bits(scramble_reversed(index, (uint32_t)key));
     uint32_t b = reverse_bits(scramble_reversed(sobol_1_reversed(index), (uint32_t)(key >> 32)));
     return (Sample2){a * 0x1p-32, b * 0x1p-32};

@@ -7,8 +7,11 @@
 
 typedef struct { double x, y; } Sample2;
 
-/* The place in [0,1)^2 of sample `index` (from 0) of replicate 0 (A) or 1 (B); x, y: the pixel in the whole picture. */
-Sample2 sample_pixel(uint64_t seed, uint32_t x, uint32_t y, uint32_t replicate, uint32_t index);
+/* What scatters the samples of replicate 0 (A) or 1 (B) of a pixel; x, y: the pixel in the whole picture. */
+uint64_t sample_key(uint64_t seed, uint32_t x, uint32_t y, uint32_t replicate);
+
+/* The place in [0,1)^2 of sample `index` (from 0) of the replicate with that key. */
+Sample2 sample_place(uint64_t key, uint32_t index);
 
 /* How many of `samples` belong to replicate A; with an odd number it has one more than B. */
 static inline uint32_t sample_share_a(uint32_t samples) { return samples - samples / 2; }

@@ -26,10 +26,12 @@ typedef struct {
 
 /* A hit that is being shaded, in world space. */
 typedef struct {
-    Vec3 p, p_err;
+    Vec3 p;
     Vec3 n;           /* shading normal, unit, on the viewer's side */
     Vec3 ng;          /* geometric normal, unit, toward the viewer */
     Vec3 v;           /* toward the viewer, unit */
+    Vec3 off;         /* from p to where rays start that leave on the viewer's side */
+    double reach;     /* greatest coordinate of p */
     const Material *material;
     Rgb kd;
     Rgb sum;
@@ -55,21 +57,26 @@ void shader_destroy(Shader *shader) { free(shader); }
  * how far that leads from where it came. */
 static Vec3 world_error(const Object *object, const Surface *s, Vec3 p)
 {
-    if (object->in_world) return s->p_err;
     Vec3 back = affine_point(&object->to_object, p);
-    Vec3 err = affine_point_error(&object->to_object, p, vec3_make(0, 0, 0));
-    err = vec3_add(err, vec3_abs(vec3_sub(back, s->p)));
+    Vec3 err = vec3_add(affine_point_rounding(&object->to_object, p), vec3_abs(vec3_sub(back, s->p)));
     return affine_point_error(&object->to_world, s->p, vec3_add(s->p_err, err));
 }
 
-/* A ray that leaves the point toward d starts just outside the error bound, on d's side (pbrt, 3rd ed., 3.9.5); the
- * rounding of the sum itself is part of the distance. */
+/* A ray that leaves p starts just outside the error bound, along ng (pbrt, 3rd ed., 3.9.5); the rounding of the sum itself
+ * is part of the distance. */
+static Vec3 leaving_offset(Vec3 p, Vec3 p_err, Vec3 ng)
+{
+    Vec3 slack = vec3_add(p_err, vec3_scale(vec3_abs(p), 4 * UNIT_ROUNDOFF));
+    return vec3_scale(ng, vec3_dot(vec3_abs(ng), slack) * (1 + 8 * UNIT_ROUNDOFF));
+}
+
+/* Where a ray toward d starts: on d's side. */
 static Vec3 leaving_origin(const Point *point, Vec3 d)
 {
-    Vec3 slack = vec3_add(point->p_err, vec3_scale(vec3_abs(point->p), 4 * UNIT_ROUNDOFF));
-    double distance = vec3_dot(vec3_abs(point->ng), slack) * (1 + 8 * UNIT_ROUNDOFF);
-    return vec3_at(point->p, vec3_dot(d, point->ng) < 0 ? -distance : distance, point->ng);
+    return vec3_dot(d, point->ng) < 0 ? vec3_sub(point->p, point->off) : vec3_add(point->p, point->off);
 }
+
+static bool are_equal(Vec3 a, Vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
 static inline __attribute__((always_inline)) void make_point(const World *world, const Ray *ray, const Hit *hit,
                                                              Point *point, unsigned features)
@@ -90,48 +97,78 @@ static inline __attribute__((always_inline)) void make_point(const World *world,
     if ((features & FEATURE_BUMP) && shading->bump) s.ns = shading->bump->ops->bend(shading->bump, s.u, s.v, s.ns);
     point->d = ray->d;
     point->v = vec3_neg(vec3_normalize(ray->d));
-    if (object->in_world) {
-        point->p = s.p;
-        point->ng = vec3_normalize(s.n);
-        point->n = vec3_normalize(s.ns);
-    } else {
+    bool flat = are_equal(s.n, s.ns);
+    Vec3 p_err = s.p_err;
+    point->p = s.p;
+    if (!object->in_world) {
         point->p = affine_point(&object->to_world, s.p);
-        point->ng = vec3_normalize(affine_normal(&object->to_object, s.n));
-        point->n = vec3_normalize(affine_normal(&object->to_object, s.ns));
+        p_err = world_error(object, &s, point->p);
+        s.n = affine_normal(&object->to_object, s.n);
+        if (!flat) s.ns = affine_normal(&object->to_object, s.ns);
     }
-    point->p_err = world_error(object, &s, point->p);
+    point->ng = vec3_normalize(s.n);
     if (vec3_dot(point->ng, point->v) < 0) point->ng = vec3_neg(point->ng);
-    if (vec3_dot(point->n, point->ng) < 0) point->n = vec3_neg(point->n);
+    point->n = point->ng;
+    if (!flat) {
+        point->n = vec3_normalize(s.ns);
+        if (vec3_dot(point->n, point->ng) < 0) point->n = vec3_neg(point->n);
+    }
+    point->reach = vec3_max(vec3_abs(point->p));
+    point->off = leaving_offset(point->p, p_err, point->ng);
     point->sum = glms_vec3_mul(world->ambient, point->kd);
 }
 
-/* What the light brings to the point if nothing is in its way, and the ray that finds that out; false if nothing. */
-static bool light_point(const Light *light, const Point *point, Rgb *brings, Ray *shadow)
+/* 1 / falloff at distance d. */
+static float light_scale(const Light *light, double d)
 {
+    double fall = light->falloff[0] + light->falloff[1] * d + light->falloff[2] * (d * d);
+    double scale = 1 / fall;
+    if (fabs(scale) > BRIGHTEST) scale = copysign(BRIGHTEST, scale);
+    return (float)scale;
+}
+
+/* A light, and what is the same of it for all points. */
+typedef struct {
+    const Light *light;
+    double reach;     /* greatest coordinate */
+    bool even;        /* the same at all distances: `scale` */
+    float scale;
+} LightView;
+
+static LightView view_light(const Light *light)
+{
+    return (LightView){light, vec3_max(vec3_abs(light->position)), light->falloff[1] == 0 && light->falloff[2] == 0,
+                       light_scale(light, 0)};
+}
+
+/* What the light brings to the point if nothing is in its way, and the ray that finds that out; false if nothing. */
+static bool light_point(const LightView *view, const Point *point, Rgb *brings, Ray *shadow)
+{
+    const Light *light = view->light;
     Vec3 to_light = vec3_sub(light->position, point->p);
-    double d = vec3_length(to_light);
-    Vec3 l = d > 1e-100 && d < 1e100 ? vec3_scale(to_light, 1 / d) : vec3_normalize(to_light);
+    double d = vec3_length(to_light), inverse = 1 / d;
+    Vec3 l = d > 1e-100 && d < 1e100 ? vec3_scale(to_light, inverse) : vec3_normalize(to_light);
     double n_l = vec3_dot(point->n, l);
     if (!(n_l > 0)) return false;
     Vec3 r = vec3_sub(vec3_scale(point->n, 2 * n_l), l);
     double r_v = vec3_dot(r, point->v);
-    double fall = light->falloff[0] + light->falloff[1] * d + light->falloff[2] * (d * d);
     Rgb share = point->material->ops->reflect_light(point->material, point->kd, (float)n_l, (float)r_v);
-    double scale = 1 / fall;
-    if (fabs(scale) > BRIGHTEST) scale = copysign(BRIGHTEST, scale);
-    *brings = glms_vec3_scale(glms_vec3_mul(share, light->colour), (float)scale);
+    float scale = view->even ? view->scale : light_scale(light, d);
+    *brings = glms_vec3_scale(glms_vec3_mul(share, light->colour), scale);
+    if (brings->x == 0 && brings->y == 0 && brings->z == 0) return false;
     Vec3 o = leaving_origin(point, l);
-    double at_light = GAMMA(LIGHT_ROUNDINGS) * (vec3_max(vec3_abs(light->position)) + vec3_max(vec3_abs(point->p)));
-    *shadow = (Ray){o, vec3_sub(light->position, o), 0, 1 - at_light / d};
-    return brings->x != 0 || brings->y != 0 || brings->z != 0;
+    double at_light = GAMMA(LIGHT_ROUNDINGS) * (view->reach + point->reach);
+    *shadow = (Ray){o, vec3_sub(light->position, o), 0, 1 - at_light * inverse};
+    return true;
 }
 
 static void add_light(const World *world, const Light *light, Shader *s, uint32_t points, RenderStats *stats,
                       Scratch *scratch)
 {
+    LightView view = view_light(light);
     uint32_t n = 0;
     for (uint32_t i = 0; i < points; i++) {
-        if (!light_point(light, &s->point[i], &s->light[n], &s->shadow[n])) continue;
+        if (!light_point(&view, &s->point[i], &s->light[n], &s->shadow[n])) continue;
         s->lit[n++] = i;
     }
     world_occluded(world, s->shadow, s->blocked, n, scratch);

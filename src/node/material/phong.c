@@ -18,7 +18,7 @@ static Rgb reflect_light(const Material *material, Rgb kd, float n_l, float r_v)
     Rgb diffuse = glms_vec3_scale(kd, n_l);
     if (!(r_v > 0)) return diffuse;
     /* a cosine that rounding put above 1 would blow up under a large exponent */
-    return glms_vec3_add(diffuse, glms_vec3_scale(m->ks, powf(fminf(r_v, 1), m->exponent)));
+    return glms_vec3_add(diffuse, glms_vec3_scale(m->ks, powf(r_v < 1 ? r_v : 1, m->exponent)));
 }
 
 static const MaterialOps ops = {.name = "phong", .reflect_light = reflect_light};
