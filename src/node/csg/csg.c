@@ -164,8 +164,8 @@ static void clip_slab(double lo, double hi, double o, double inv, double *near, 
 {
     double a = ((inv < 0 ? hi : lo) - o) * inv;
     double b = ((inv < 0 ? lo : hi) - o) * inv;
-    if (a > *near) *near = a;
-    if (b < *far) *far = b;
+    *near = a > *near ? a : *near;
+    *far = b < *far ? b : *far;
 }
 
 static Box box_pad(Box box, Vec3 by) { return (Box){vec3_sub(box.lo, by), vec3_add(box.hi, by)}; }

@@ -5,7 +5,7 @@
 bool seg_list_add(SegList *list, Edge in, Edge out)
 {
     if (list->count == list->capacity) {
-        uint32_t capacity = list->capacity ? 2 * list->capacity : 4;
+        uint32_t capacity = list->capacity ? 2 * list->capacity : 16;
         Seg *seg = arena_alloc(list->scratch->arena, capacity * sizeof *seg);
         if (!seg) {
             list->scratch->out_of_memory = true;

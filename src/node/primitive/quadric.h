@@ -252,8 +252,9 @@ __attribute__((always_inline)) static inline bool convex_segments(const Convex *
     for (int i = 0; i < 2; i++) {
         Crossing c;
         if (!convex_crossing(shape, ray, &guess, i, &c)) return true;
+        /* the point to double precision: the normal only weighs errors of place, which are no less */
         edge[i] = (Edge){.t = c.t, .t_err = c.err, .u = c.lo, .part = c.part,
-                         .n = shape->normal(ray_point(ray, c.t, c.lo), c.part)};
+                         .n = shape->normal(vec3_at(ray->o, c.t, ray->d), c.part)};
     }
     return seg_list_add(list, edge[0], edge[1]);
 }
