@@ -151,13 +151,6 @@ static double move_origin(const Csg *csg, Vec3 *o, Vec3 d)
     return shift;
 }
 
-static inline Vec3 abs_linear(const Affine *a, Vec3 v)
-{
-    return vec3_make(fabs(a->m[0][0]) * v.x + fabs(a->m[0][1]) * v.y + fabs(a->m[0][2]) * v.z,
-                fabs(a->m[1][0]) * v.x + fabs(a->m[1][1]) * v.y + fabs(a->m[1][2]) * v.z,
-                fabs(a->m[2][0]) * v.x + fabs(a->m[2][1]) * v.y + fabs(a->m[2][2]) * v.z);
-}
-
 /* Clips [near, far] to a pair of planes. A zero direction gives 1 / d = +-inf: then planes beside the origin give
  * infinities of the right sign, and a plane through it gives 0 * inf = NaN, which no comparison lets in. */
 static void clip_slab(double lo, double hi, double o, double inv, double *near, double *far)
@@ -206,7 +199,7 @@ static bool reserve_events(Trace *tr, uint32_t more)
 static Vec3 place_error(const Leaf *leaf, Vec3 o, Vec3 d, double t)
 {
     Vec3 reach = vec3_at(vec3_abs(o), t, vec3_abs(d));
-    return vec3_at(leaf->spread, GAMMA(4), abs_linear(&leaf->to_leaf, reach));
+    return vec3_at(leaf->spread, GAMMA(4), affine_abs_vector(&leaf->to_leaf, reach));
 }
 
 static Ray leaf_ray(const Leaf *leaf, Vec3 o, Vec3 d)
@@ -388,7 +381,7 @@ static bool pass_aside(Trace *tr, uint32_t index, const Ray *ray, Vec3 e, uint32
 {
     const Leaf *leaf = &tr->csg->leaf[index];
     Vec3 aside = affine_vector(&leaf->to_leaf, ASIDE), moved;
-    double step = ASIDE_FIRST * largest(abs_linear(&leaf->to_csg, e));
+    double step = ASIDE_FIRST * largest(affine_abs_vector(&leaf->to_csg, e));
     Ray line = *ray;
     bool clear = false, ok = true;
     uint32_t parts = 0;
@@ -819,9 +812,9 @@ static bool leaf_init(Leaf *leaf, const CsgToken *token)
     leaf->bounds = token->prim->ops->bounds(token->prim);
     Vec3 lo = vec3_abs(leaf->bounds.lo), hi = vec3_abs(leaf->bounds.hi);
     Vec3 reach = vec3_make(fmax(lo.x, hi.x), fmax(lo.y, hi.y), fmax(lo.z, hi.z));
-    Vec3 place = vec3_add(abs_linear(&leaf->to_csg, reach), vec3_abs(translation(&leaf->to_csg)));
+    Vec3 place = vec3_add(affine_abs_vector(&leaf->to_csg, reach), vec3_abs(translation(&leaf->to_csg)));
     Vec3 constant = vec3_scale(vec3_abs(translation(&leaf->to_leaf)), GAMMA(4));
-    leaf->spread = vec3_at(constant, GAMMA(MATRIX_ROUNDINGS), abs_linear(&leaf->to_leaf, place));
+    leaf->spread = vec3_at(constant, GAMMA(MATRIX_ROUNDINGS), affine_abs_vector(&leaf->to_leaf, place));
     leaf->skin = vec3_scale(place, 4 * GAMMA(MATRIX_ROUNDINGS));
     return true;
 }
