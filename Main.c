@@ -62,6 +62,7 @@ typedef struct {
     const char *diff;
     CompareSettings compare;
     bool has_tolerance, has_max_share;
+    double error_goal, time_goal_s;   /* 0: not given */
 } CommandLine;
 
 typedef struct {
@@ -92,6 +93,7 @@ typedef struct {
     uint32_t renders;
     Progress progress;
     bool shows_progress, bar_is_shown;
+    bool out_of_time;     /* before the error asked for was reached */
     bool pictures_differ; /* rt compare: by more than was asked for */
 } App;
 
@@ -222,6 +224,31 @@ static bool set_stats(CommandLine *line, const char *value, Err *err)
     return *value || bad_value("--stats", value, "a file", err);
 }
 
+/* A decimal number in [0, most], and nothing else. */
+static bool parse_real(const char *text, double most, double *number)
+{
+    char *end;
+    if ((*text < '0' || *text > '9') && *text != '.') return false;
+    *number = strtod(text, &end);
+    return *end == '\0' && *number >= 0 && *number <= most;
+}
+
+/* A decimal number above 0, and nothing else. */
+static bool parse_above_0(const char *text, double *number)
+{
+    return parse_real(text, DBL_MAX, number) && *number > 0;
+}
+
+static bool set_error(CommandLine *line, const char *value, Err *err)
+{
+    return parse_above_0(value, &line->error_goal) || bad_value("--error", value, "a number above 0", err);
+}
+
+static bool set_time(CommandLine *line, const char *value, Err *err)
+{
+    return parse_above_0(value, &line->time_goal_s) || bad_value("--time", value, "seconds above 0", err);
+}
+
 static bool set_bits(CommandLine *line, const char *value, Err *err)
 {
     return (parse_integers(value, 0, 8, 16, 1, &line->bits) && (line->bits == 8 || line->bits == 16)) ||
@@ -232,15 +259,6 @@ static bool set_format(CommandLine *line, const char *value, Err *err)
 {
     line->format = value;
     return strcmp(value, "png") == 0 || strcmp(value, "pfm") == 0 || bad_value("--format", value, "png or pfm", err);
-}
-
-/* A decimal number in [0, most], and nothing else. */
-static bool parse_real(const char *text, double most, double *number)
-{
-    char *end;
-    if ((*text < '0' || *text > '9') && *text != '.') return false;
-    *number = strtod(text, &end);
-    return *end == '\0' && *number >= 0 && *number <= most;
 }
 
 static bool set_max_rmse(CommandLine *line, const char *value, Err *err)
@@ -288,6 +306,10 @@ static const OptionRow render_rows[] = {
      "render this part only; the origin is at the top\n"
      "left, X1 and Y1 are exclusive"},
     {'s', "samples", "N", set_samples, 0, "samples per pixel (9); 1 is the pixel's centre"},
+    {0, "error", "E", set_error, 0,
+     "as many samples as it takes for an RMSE of at most E\n"
+     "in linear light (white is 1), with 95 % certainty"},
+    {0, "time", "SECONDS", set_time, 0, "the best that the whole run can do in this time"},
     {0, "max-depth", "N", set_max_depth, 0, "greatest number of mirror bounces (4)"},
     {0, "seed", "N", set_seed, 0, "seed of the samples, never of the geometry"},
     {0, "background", "R,G,B", set_background, 0, "colour where nothing is hit"},
@@ -418,9 +440,13 @@ static bool writes_pfm(const CommandLine *line, const char *file)
     return line->format ? strcmp(line->format, "pfm") == 0 : is_pfm_name(file);
 }
 
+static bool has_goal(const CommandLine *line) { return line->error_goal > 0 || line->time_goal_s > 0; }
+
 static bool finish_render(CommandLine *line, Err *err)
 {
     if (!line->script) return err_set(err, ERR_USAGE, "no scene is given");
+    if ((line->options.given & OPTION_SAMPLES) && has_goal(line))
+        return err_set(err, ERR_USAGE, "-s fixes the samples: it can't stand with --error or --time");
     if (line->bits && writes_pfm(line, line->output ? line->output : ""))
         return err_set(err, ERR_USAGE, "--bits is for PNG; a PFM has 32");
     return true;
@@ -546,13 +572,15 @@ static bool make_settings(App *app, const RenderJob *job, RenderSettings *settin
     *settings = (RenderSettings){
         .width = job->width,
         .height = job->height,
-        .samples = given & OPTION_SAMPLES ? CHOOSE(OPTION_SAMPLES, samples) : DEFAULT_SAMPLES,
+        .samples = has_goal(line) ? 0 : given & OPTION_SAMPLES ? CHOOSE(OPTION_SAMPLES, samples) : DEFAULT_SAMPLES,
         .max_depth = given & OPTION_MAX_DEPTH ? CHOOSE(OPTION_MAX_DEPTH, max_depth) : DEFAULT_MAX_DEPTH,
         .seed = given & OPTION_SEED ? CHOOSE(OPTION_SEED, seed) : 0,
         .has_background = given & OPTION_BACKGROUND,
         .background = CHOOSE(OPTION_BACKGROUND, background),
         .format = line->bits == 16 ? FILM_16 : FILM_8,
         .srgb = line->srgb,
+        .error_goal = line->error_goal,
+        .deadline_s = line->time_goal_s > 0 ? app->start_s + line->time_goal_s : 0,
         .audits = !line->no_audit,
         .start_s = app->start_s,
         .progress = app->shows_progress ? show_progress : NULL,
@@ -571,7 +599,8 @@ static bool make_settings(App *app, const RenderJob *job, RenderSettings *settin
         return err_set(err, ERR_USAGE, "--crop reaches beyond the picture of %" PRIu32 " x %" PRIu32, settings->width,
                        settings->height);
     uint64_t pixels = (uint64_t)(settings->x1 - settings->x0) * (settings->y1 - settings->y0);
-    uint64_t useful = pixels * settings->samples / MIN_SAMPLES_PER_THREAD + 1, allowed = cpu_allowed();
+    uint32_t each = settings->samples ? settings->samples : DEFAULT_SAMPLES;
+    uint64_t useful = pixels * each / MIN_SAMPLES_PER_THREAD + 1, allowed = cpu_allowed();
     settings->threads = line->threads ? line->threads : (uint32_t)(useful < allowed ? useful : allowed);
     return true;
 }
@@ -695,9 +724,15 @@ static bool write_film(const void *film, FilmFormat format, uint32_t width, uint
     return ok;
 }
 
-static void tell_outcome(const App *app, const RenderReport *report, const RenderOutcome *outcome)
+static void tell_outcome(App *app, const RenderReport *report, const RenderOutcome *outcome)
 {
     char text[512];
+    if (app->line.error_goal > 0 && !(outcome->rmse.high <= app->line.error_goal)) {
+        app->out_of_time = true;
+        snprintf(text, sizeof text, "the time ended before the RMSE of %s was known to be at most %g", report->file,
+                 app->line.error_goal);
+        print_warning(app, text);
+    }
     if (app->line.quiet) return;
     report_summary(report, text, sizeof text);
     fprintf(stderr, "%s\n", text);
@@ -898,6 +933,7 @@ int main(int argc, char **argv)
     app.line.include = calloc((size_t)argc + 1, sizeof *app.line.include);
     bool ok = app.line.include ? run(&app, argc, argv, &err) : err_memory(&err, "the command line");
     free(app.line.include);
+    if (ok && app.out_of_time) return ERR_TIME;
     if (ok) return app.pictures_differ;
     print_error(app.command, &err);
     return (int)err.kind;

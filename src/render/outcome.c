@@ -15,6 +15,17 @@ bool outcome_add_point(RenderOutcome *outcome, const CurvePoint *point, Err *err
     return true;
 }
 
+bool outcome_set_pixel_error(RenderOutcome *outcome, Err *err)
+{
+    const double share[2] = {0.5, 0.99};
+    double error[2];
+    if (!error_map_quantiles(&outcome->map, share, error, 2, err)) return false;
+    outcome->has_pixel_error = true;
+    outcome->median_error = error[0];
+    outcome->p99_error = error[1];
+    return true;
+}
+
 void outcome_destroy(RenderOutcome *outcome)
 {
     free(outcome->point);

@@ -24,6 +24,9 @@ typedef struct {
 /* A point on the curve. False and *err without memory. */
 bool outcome_add_point(RenderOutcome *outcome, const CurvePoint *point, Err *err);
 
+/* Median and 99th percentile, from the map. False and *err without memory. */
+bool outcome_set_pixel_error(RenderOutcome *outcome, Err *err);
+
 void outcome_destroy(RenderOutcome *outcome);
 
 #endif
