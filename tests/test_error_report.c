@@ -285,7 +285,8 @@ static void long_names_end_in_an_ellipsis(void **state)
 {
     (void)state;
     static const struct { const char *text; size_t most; const char *xml; } rows[] = {
-        {"", 4, ""}, {"abcd", 4, "abcd"}, {"abcde", 4, "abc&#x2026;"}, {"\xc3\xa4\xc3\xa4&\xff", 4, "\xc3\xa4\xc3\xa4&amp;&#xfffd;"},
+        {"", 4, ""}, {"abcd", 4, "abcd"}, {"abcde", 4, "abc&#x2026;"},
+        {"\xc3\xa4\xc3\xa4&\xff", 4, "\xc3\xa4\xc3\xa4&amp;&#xfffd;"},
         {"\xc3\xa4\xc3\xa4\xc3\xa4\xc3\xa4\xc3\xa4", 4, "\xc3\xa4\xc3\xa4\xc3\xa4&#x2026;"},
     };
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
