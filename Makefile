@@ -43,6 +43,7 @@ SUPPORT := $(wildcard tests/support/*.c)
 TESTS   := $(patsubst %.c,$(OUT)/%,$(wildcard tests/test_*.c))
 STABILITY := $(OUT)/tests/stability/stability
 PRECISION := $(OUT)/tests/bench/precision
+REFERENCE := $(OUT)/tests/bench/reference
 KERNELS := $(OUT)/tests/bench/kernels/kernels
 object   = $(patsubst %.c,$(OUT)/obj/%.o,$(1))
 OBJECTS := $(call object,$(SOURCES) $(SUPPORT) \
@@ -66,7 +67,7 @@ $(OUT)/libsupport.a: $(call object,$(SUPPORT))
 # Tests that make allocations fail have theirs wrapped, no others.
 wrap = $(if $(shell grep -l 'support/alloc_fail\.h"' $*.c),-Wl$(,)--wrap=malloc$(,)--wrap=calloc$(,)--wrap=realloc$(,)--wrap=aligned_alloc)
 , := ,
-$(TESTS) $(PRECISION): $(OUT)/%: $(OUT)/obj/%.o $(OUT)/libsupport.a $(OUT)/librt.a
+$(TESTS) $(PRECISION) $(REFERENCE): $(OUT)/%: $(OUT)/obj/%.o $(OUT)/libsupport.a $(OUT)/librt.a
 	@mkdir -p $(@D)
 	@echo "  LD $@"
 	$(Q)$(CC) $(CFLAGS_ALL) $(LDFLAGS) $(wrap) -o $@ $^ $(LIBS) $(TEST_LIBS)
@@ -95,7 +96,7 @@ $(OUT)/flags: FORCE
 
 # Everything that can be compiled, the tests too; `tests` builds them without running them.
 objects: $(OBJECTS)
-tests: $(PROGRAM) $(TESTS) $(STABILITY) $(PRECISION)
+tests: $(PROGRAM) $(TESTS) $(STABILITY) $(PRECISION) $(REFERENCE)
 
 # Debian packages: to build, to test, to benchmark.
 BUILD_PACKAGES := gcc libc6-dev make pkg-config liblua5.4-dev liblodepng-dev libdeflate-dev libcglm-dev

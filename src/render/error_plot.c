@@ -380,7 +380,8 @@ void error_plot_write(FILE *out, const ErrorReport *report)
     set_ranges(&plot);
     ErrorFit fit = error_report_fit(report->point, report->count, ERROR_FIT_WALL);
     fprintf(out, "<svg xmlns=\"" SVG_NAMESPACE "\" width=\"%g\" height=\"%g\" viewBox=\"0 0 %g %g\" "
-            "font-family=\"" FONTS "\" font-size=\"12\" fill=\"#222\">\n<title>RMSE against run time: ", WIDTH, HEIGHT, WIDTH, HEIGHT);
+            "font-family=\"" FONTS "\" font-size=\"12\" fill=\"#222\">\n<title>RMSE against run time: ", WIDTH, HEIGHT,
+            WIDTH, HEIGHT);
     escape_xml(out, base_name(report->script), TITLE_LETTERS);
     fprintf(out, "</title>\n<style>.over { paint-order: stroke; stroke: #fff; stroke-width: 4px }</style>\n"
             "<clipPath id=\"frame\"><path d=\"M%g %gH%gV%gH%gz\"/></clipPath>\n"
