@@ -142,6 +142,10 @@ precision: deps-bench
 	gnuplot tests/bench/precision.gnuplot
 	@echo "The table is also build/precision.csv, the plot build/precision.svg"
 
+calibration: deps-bench
+	@$(MAKE) --no-print-directory all build/release/tests/bench/reference BUILD=release
+	tests/bench/calibration.sh
+
 lint: ; @tests/lint.sh
 
 install: all
@@ -160,6 +164,7 @@ help:
 	@echo 'make bench-kernels  rays and builds against Embree (a part: see tests/bench/kernels/kernels.c)'
 	@echo 'make bench-scenes   whole runs against POV-Ray, triangles, pixels, threads'
 	@echo 'make precision  measure error against time of the primitives and solvers'
+	@echo 'make calibration  how often the reported interval holds the true error'
 	@echo 'make deps     install all packages (apt-get; elsewhere it says their names)'
 	@echo 'make install  to $(DESTDIR)$(PREFIX)/bin'
 	@echo 'make clean    remove all that was built'
@@ -167,4 +172,4 @@ help:
 
 FORCE:
 .SECONDARY:
-.PHONY: all objects tests deps deps-build deps-test deps-bench demo test stability bench bench-kernels bench-scenes precision lint install clean help FORCE
+.PHONY: all objects tests deps deps-build deps-test deps-bench demo test stability bench bench-kernels bench-scenes precision calibration lint install clean help FORCE
