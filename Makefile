@@ -133,7 +133,7 @@ bench-kernels: deps-bench
 	@echo "The table is also build/bench-kernels.json"
 
 bench-scenes: deps-bench
-	@$(MAKE) --no-print-directory all build/release/tests/tools/pngdiff BUILD=release
+	@$(MAKE) --no-print-directory all BUILD=release
 	tests/bench/scenes.sh
 
 precision: deps-bench
@@ -145,6 +145,10 @@ precision: deps-bench
 calibration: deps-bench
 	@$(MAKE) --no-print-directory all build/release/tests/bench/reference BUILD=release
 	tests/bench/calibration.sh
+
+error-time: deps-bench
+	@$(MAKE) --no-print-directory all build/release/tests/bench/reference BUILD=release
+	tests/bench/error_time.sh
 
 lint: ; @tests/lint.sh
 
@@ -165,6 +169,7 @@ help:
 	@echo 'make bench-scenes   whole runs against POV-Ray, triangles, pixels, threads'
 	@echo 'make precision  measure error against time of the primitives and solvers'
 	@echo 'make calibration  how often the reported interval holds the true error'
+	@echo 'make error-time   error against seconds, beside POV-Ray'
 	@echo 'make deps     install all packages (apt-get; elsewhere it says their names)'
 	@echo 'make install  to $(DESTDIR)$(PREFIX)/bin'
 	@echo 'make clean    remove all that was built'
@@ -172,4 +177,4 @@ help:
 
 FORCE:
 .SECONDARY:
-.PHONY: all objects tests deps deps-build deps-test deps-bench demo test stability bench bench-kernels bench-scenes precision calibration lint install clean help FORCE
+.PHONY: all objects tests deps deps-build deps-test deps-bench demo test stability bench bench-kernels bench-scenes precision calibration error-time lint install clean help FORCE

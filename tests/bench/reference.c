@@ -1,6 +1,7 @@
 /* The true error of a picture, by a sampler that has nothing in common with rt's but the tracing of rays:
  *   reference make SCENE WxH SAMPLES OUT    two halves, OUT-1.pfm and OUT-2.pfm, of so many samples a pixel each
- *   reference judge PICTURE.pfm OUT         RMSE of the picture against them, and that figure's standard error
+ *   reference shrink PICTURE FACTOR HALF.pfm   a half from a picture FACTOR times as wide and high (another program's)
+ *   reference judge PICTURE OUT             RMSE of the picture against them, and that figure's standard error
  * Samples are plain random numbers of xoshiro256++ (Blackman, Vigna 2021), each pixel and half a sequence of its own; sums
  * are doubles. With independent halves r1 and r2 the mean of (y - r1)(y - r2) is the mean of (y - truth)^2 without bias,
  * whatever noise the halves have. */
@@ -21,7 +22,7 @@
 #include "tools/outfile.h"
 #include "tools/pfm.h"
 
-enum { HALVES = 2, SKIPPED_NUMBERS = 8 };
+enum { HALVES = 2, SKIPPED_NUMBERS = 8, PATH_LENGTH = 4096 };
 
 /* ---- random numbers ---- */
 
@@ -133,15 +134,18 @@ static void free_worker(Worker *w)
     free(w);
 }
 
-static bool write_half(const Reference *r, uint32_t half, Err *err)
+static void half_path(char path[PATH_LENGTH], const char *out, int half)
 {
-    char path[4096];
+    snprintf(path, PATH_LENGTH, "%s-%d.pfm", out, half + 1);
+}
+
+static bool write_half(const char *path, const float *rgb, uint32_t width, uint32_t height, Err *err)
+{
     uint8_t *data;
     size_t size;
-    snprintf(path, sizeof path, "%s-%u.pfm", r->out, half + 1);
     Outfile *file = outfile_open(path, err);
     if (!file) return false;
-    if (!pfm_encode(r->film[half], r->width, r->height, &data, &size, err)) {
+    if (!pfm_encode(rgb, width, height, &data, &size, err)) {
         outfile_abandon(file);
         return false;
     }
@@ -165,7 +169,11 @@ static bool sample_all(Reference *r, Err *err)
         parallel_for(threads, r->height * HALVES, row_turn, r);
         for (uint32_t i = 0; ok && i < threads; i++) ok = !worker[i]->scratch.out_of_memory || err_memory(err, "the rays");
     }
-    for (uint32_t i = 0; ok && i < HALVES; i++) ok = write_half(r, i, err);
+    for (int i = 0; ok && i < HALVES; i++) {
+        char path[PATH_LENGTH];
+        half_path(path, r->out, i);
+        ok = write_half(path, r->film[i], r->width, r->height, err);
+    }
     for (uint32_t i = 0; worker && i < threads; i++) free_worker(worker[i]);
     free(worker);
     for (int i = 0; i < HALVES; i++) free(r->film[i]);
@@ -208,6 +216,32 @@ static bool make(char **argv, Err *err)
     return scene_lua_run(&script, &sink, err) && (r.renders > 0 || err_set(err, ERR_SCENE, "%s renders nothing", argv[0]));
 }
 
+/* ---- halves of other programs ---- */
+
+/* Each pixel is the mean of factor x factor. */
+static bool shrink(char **argv, Err *err)
+{
+    uint32_t factor;
+    Image image;
+    if (sscanf(argv[1], "%u", &factor) != 1 || factor == 0) return err_set(err, ERR_USAGE, "%s: no factor", argv[1]);
+    if (!image_load(argv[0], &image, err)) return false;
+    uint32_t width = image.width / factor, height = image.height / factor;
+    float *rgb = malloc(((size_t)width * height * 3 + 1) * sizeof *rgb);
+    bool ok = rgb || err_memory(err, "the half");
+    for (uint32_t y = 0; ok && y < height; y++)
+        for (uint32_t i = 0; i < 3 * width; i++) {
+            double sum = 0;
+            for (uint32_t row = y * factor; row < (y + 1) * factor; row++)
+                for (uint32_t x = i / 3 * factor; x < (i / 3 + 1) * factor; x++)
+                    sum += (double)image.rgb[3 * ((size_t)row * image.width + x) + i % 3];
+            rgb[(size_t)y * width * 3 + i] = (float)(sum / image.white / ((double)factor * factor));
+        }
+    ok = ok && write_half(argv[2], rgb, width, height, err);
+    free(rgb);
+    image_free(&image);
+    return ok;
+}
+
 /* ---- the judgement ---- */
 
 typedef struct { double rmse, standard_error; } TrueError;
@@ -238,8 +272,8 @@ static TrueError judge(const Image *y, const Image *r1, const Image *r2)
 static bool judge_picture(char **argv, Err *err)
 {
     Image image[3] = {{.rgb = NULL}};
-    char path[2][4096];
-    for (int i = 0; i < HALVES; i++) snprintf(path[i], sizeof path[i], "%s-%d.pfm", argv[1], i + 1);
+    char path[HALVES][PATH_LENGTH];
+    for (int i = 0; i < HALVES; i++) half_path(path[i], argv[1], i);
     bool ok = image_load(argv[0], &image[0], err) && image_load(path[0], &image[1], err) && image_load(path[1], &image[2], err);
     for (int i = 1; ok && i < 3; i++)
         if (image[i].width != image[0].width || image[i].height != image[0].height)
@@ -254,12 +288,12 @@ static bool judge_picture(char **argv, Err *err)
 
 int main(int argc, char **argv)
 {
-    Err err = {ERR_NONE, ""};
-    bool ok = argc == 6 && strcmp(argv[1], "make") == 0    ? make(argv + 2, &err)
-              : argc == 4 && strcmp(argv[1], "judge") == 0 ? judge_picture(argv + 2, &err)
-                                                           : err_set(&err, ERR_USAGE, "reference make SCENE WxH SAMPLES OUT | "
-                                                                                      "judge PICTURE OUT");
-    if (ok) return 0;
+    static const struct { const char *name; int words; bool (*run)(char **argv, Err *err); } command[] = {
+        {"make", 4, make}, {"shrink", 3, shrink}, {"judge", 2, judge_picture},
+    };
+    Err err = {ERR_USAGE, "make SCENE WxH SAMPLES OUT | shrink PICTURE FACTOR HALF.pfm | judge PICTURE OUT"};
+    for (size_t i = 0; i < sizeof command / sizeof command[0]; i++)
+        if (argc == command[i].words + 2 && strcmp(argv[1], command[i].name) == 0 && command[i].run(argv + 2, &err)) return 0;
     fprintf(stderr, "reference: %s\n", err.text);
     return (int)err.kind;
 }
