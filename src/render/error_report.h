@@ -52,8 +52,11 @@ typedef struct {
  * step / sqrt 12. 0 for 0 bits. */
 double error_report_rounding(unsigned bits);
 
-/* Exponent b of error = a * x^b, by least squares of the logarithms, where both are above 0; NAN unless two x differ. */
-double error_report_slope(const double *x, const double *error, size_t count);
+/* error = 10^log10_at_1 * x^slope, by least squares of the logarithms where both are above 0. Audited errors if two points
+ * with different x have them, otherwise predicted ones. The slope is NAN unless two x differ. */
+typedef struct { double slope, log10_at_1; } ErrorFit;
+typedef enum { ERROR_FIT_WALL, ERROR_FIT_CPU, ERROR_FIT_SAMPLES } ErrorFitX;
+ErrorFit error_report_fit(const CurvePoint *point, size_t count, ErrorFitX x);
 
 typedef enum { ERROR_REPORT_JSON, ERROR_REPORT_CSV, ERROR_REPORT_SVG } ErrorReportKind;
 
