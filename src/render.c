@@ -100,13 +100,15 @@ static void write_tile(Fixed *job, const TileFilm *film, uint32_t tile)
     for (uint32_t y = r.y0; y < r.y1; y++)
         for (uint32_t x = r.x0; x < r.x1; x++) {
             uint32_t pixel = (y - r.y0) * TILE + (x - r.x0);
+            size_t at = (size_t)y * job->map->tiles.width + x;
             double mean[3], e;
             for (int k = 0; k < 3; k++) mean[k] = film->all[pixel][k] / (double)s->samples;
-            film_put(s->format, s->srgb, job->film, (size_t)y * job->map->tiles.width + x, mean);
+            film_put(s->format, s->srgb, job->film, at, mean);
             clipped += film_clips(mean);
             if (s->samples == 1) e = contrast(film, &r, x - r.x0, y - r.y0);
             else e = replicate_error(film, pixel, s->samples, &error.greatest);
             error_map_put(job->map, x, y, e);
+            if (s->reference) error.true_sum += true_error(mean, s->reference + 3 * at);
             error.sum += e;
             error.squares += e * e;
         }
@@ -259,6 +261,7 @@ static bool judge_fixed(Fixed *job, const CurvePoint *begin, Crew *crew, RenderS
     if (agrees && (has_replicates || s->audits))
         point.audit.high = outcome->rmse.high = audit_unseen(pixels, s->samples, ERROR_ALPHA);
     outcome->clipped = job->clipped;
+    outcome_set_true_error(outcome, s);
     note_time(&point, s);
     point.rays += stats->audit_rays;
     point.samples = stats->samples;

@@ -430,11 +430,12 @@ static bool reach_goals(Adaptive *job, Crew *crew, Err *err)
             if (over || rmse->high <= wanted) return end(job, &point, err);
             goal = fmin(goal, point.predicted) * wanted / rmse->high;
             calibrated = goal / audit_margin(job);
+            point.audited = false;    /* what decided on going on is no measurement to fit a line through */
         }
         bool goes_on = wanted > 0 || sum.sum > 0 ? plan(job, sum.sum, goal) : false;
         point.unfinished = job->unfinished;
         if (!goes_on) {
-            if (!point.audited && !judge(job, crew, &sum, &point, rmse, err)) return false;
+            if (!judge(job, crew, &sum, &point, rmse, err)) return false;
             job->outcome->ended_by_clock = wanted > 0 && !(rmse->high <= wanted);
             return end(job, &point, err);
         }
@@ -452,6 +453,7 @@ static void write_turn(void *context, uint32_t tile, SampleStream *stream, bool 
     const RenderSettings *s = job->settings;
     TileRect r = tile_rect(&job->tiles, tile);
     uint32_t clipped = 0;
+    double true_sum = 0;
     for (uint32_t y = r.y0; y < r.y1; y++)
         for (uint32_t x = r.x0; x < r.x1; x++) {
             double colour[3];
@@ -459,7 +461,9 @@ static void write_turn(void *context, uint32_t tile, SampleStream *stream, bool 
             picture_colour(&job->sums[pixel], colour);
             film_put(s->format, s->srgb, job->film, pixel, colour);
             clipped += film_clips(colour);
+            if (s->reference) true_sum += true_error(colour, s->reference + 3 * pixel);
         }
+    job->outcome->map.tile[tile].true_sum = true_sum;
     atomic_fetch_add_explicit(&job->clipped, clipped, memory_order_relaxed);
 }
 
@@ -487,6 +491,7 @@ bool render_adaptive(Crew *crew, const RenderSettings *settings, void *film, Ren
               run_round(&job, crew, pilot_turn, err) && reach_goals(&job, crew, err) &&
               crew_run(crew, tiles->count, write_turn, &job, err) && outcome_set_pixel_error(outcome, err);
     outcome->clipped = job.clipped;
+    outcome_set_true_error(outcome, settings);
     error_map_destroy(&job.guess);
     free(job.sums);
     free(job.spread);

@@ -15,6 +15,13 @@ bool outcome_add_point(RenderOutcome *outcome, const CurvePoint *point, Err *err
     return true;
 }
 
+void outcome_set_true_error(RenderOutcome *outcome, const RenderSettings *settings)
+{
+    const Tiles *tiles = &outcome->map.tiles;
+    double pixels = (double)tiles->width * tiles->height;
+    outcome->true_rmse = settings->reference ? sqrt(error_map_sum(&outcome->map).true_sum / pixels) : NAN;
+}
+
 bool outcome_set_pixel_error(RenderOutcome *outcome, Err *err)
 {
     const double share[2] = {0.5, 0.99};
