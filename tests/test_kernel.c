@@ -171,13 +171,13 @@ static void equal_to_the_scalar_one(void **state)
             make_rays(f.world, kind, &rng, ray);
             size_t count = round % 7 == 0 ? (size_t)(round % STREAM) : STREAM;  /* short streams too */
             double start = cpu_time_s();
-            kernel_scalar.intersect(f.world, ray, want, count, &scratch);
-            kernel_scalar.occluded(f.world, ray, blocked, count, &scratch);
+            kernel_scalar.intersect(f.world, ray, NULL, want, count, &scratch);
+            kernel_scalar.occluded(f.world, ray, NULL, blocked, count, &scratch);
             scalar_s += cpu_time_s() - start;
             for (uint32_t k = 0; k < n; k++) {
                 start = cpu_time_s();
-                list[k]->intersect(f.world, ray, got, count, &scratch);
-                list[k]->occluded(f.world, ray, as, count, &scratch);
+                list[k]->intersect(f.world, ray, NULL, got, count, &scratch);
+                list[k]->occluded(f.world, ray, NULL, as, count, &scratch);
                 s[k] += cpu_time_s() - start;
                 for (size_t i = 0; i < count; i++) {
                     same_hit(list[k], kind, round, (int)i, &want[i], &got[i]);

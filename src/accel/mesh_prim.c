@@ -250,6 +250,7 @@ static void mesh_surface(const Prim *prim, const Ray *ray, const Hit *hit, Surfa
     double sums = vec3_dot(sizes, vec3_add(vec3_abs(to_b), vec3_abs(to_c))) / flat;
     double off = GAMMA(5) * edge + GAMMA(18) * smaller(sums, edge);
     s->p_err = vec3_at(vec3_make(off, off, off), GAMMA(3), vec3_abs(s->p));
+    s->plane = true;
     const MeshPart *source = &mesh->source[hit->leaf];
     uint32_t triangle = hit->part - source->first;
     texture_uv(source->mesh, triangle, w, &s->u, &s->v);

@@ -79,6 +79,7 @@ typedef struct {
     const World *world;
     Scratch *scratch;
     const Ray *ray;
+    const LeftFace *left;                /* NULL: none */
     uint32_t count;
     uint64_t alive;                      /* of occlusion rays: not blocked yet */
     uint64_t exact;                      /* the nearest hit so far is known in double: hit[] */
@@ -360,6 +361,7 @@ static void decide(const Target *g, uint32_t i, uint32_t triangle)
 {
     Walk *w = g->w;
     if (!g->any && w->object[i] == g->object && w->triangle[i] == triangle) return;
+    if (w->left && w->left[i].part == triangle && w->left[i].object == g->object) return;
     Hit hit;
     if (!hit_exactly(w, i, g->object, g->mesh, triangle, &hit)) return;
     if (g->any)
@@ -1084,7 +1086,7 @@ static void take_hits(Walk *w)
         if (w->object[i] == HIT_NONE) w->hit[i] = (Hit){.t = w->ray[i].tmax, .object = HIT_NONE};
 }
 
-static void intersect(const World *world, const Ray *rays, Hit *hits, size_t n, Scratch *scratch)
+static void intersect(const World *world, const Ray *rays, const LeftFace *left, Hit *hits, size_t n, Scratch *scratch)
 {
     Walk w;
     w.world = world;
@@ -1092,16 +1094,17 @@ static void intersect(const World *world, const Ray *rays, Hit *hits, size_t n, 
     for (size_t at = 0; at < n; at += GROUP) {
         uint32_t count = n - at < GROUP ? (uint32_t)(n - at) : GROUP;
         if (!world->bvh.item_count || !walk_init(&w, world, rays + at, count)) {
-            kernel_scalar.intersect(world, rays + at, hits + at, count, scratch);
+            kernel_scalar.intersect(world, rays + at, NULL, hits + at, count, scratch);
             continue;
         }
         w.hit = hits + at;
+        w.left = left ? left + at : NULL;
         trace(&w, false);
         take_hits(&w);
     }
 }
 
-static void occluded(const World *world, const Ray *rays, bool *blocked, size_t n, Scratch *scratch)
+static void occluded(const World *world, const Ray *rays, const LeftFace *left, bool *blocked, size_t n, Scratch *scratch)
 {
     Walk w;
     w.world = world;
@@ -1109,9 +1112,10 @@ static void occluded(const World *world, const Ray *rays, bool *blocked, size_t 
     for (size_t at = 0; at < n; at += GROUP) {
         uint32_t count = n - at < GROUP ? (uint32_t)(n - at) : GROUP;
         if (!world->bvh.item_count || !walk_init(&w, world, rays + at, count)) {
-            kernel_scalar.occluded(world, rays + at, blocked + at, count, scratch);
+            kernel_scalar.occluded(world, rays + at, NULL, blocked + at, count, scratch);
             continue;
         }
+        w.left = left ? left + at : NULL;
         trace(&w, true);
         for (uint32_t i = 0; i < count; i++) blocked[at + i] = !(w.alive >> i & 1);
     }
