@@ -115,9 +115,16 @@ static inline __attribute__((always_inline)) void make_point(const World *world,
     const Shading *shading = &world->shadings[object->shading + hit->leaf];
     point->material = shading->material;
     point->kd = shading->material->kd;
-    if ((features & FEATURE_TEXTURE) && shading->texture)
-        point->kd = shading->texture->ops->colour(shading->texture, s.u, s.v, s.p);
-    if ((features & FEATURE_BUMP) && shading->bump) s.ns = shading->bump->ops->bend(shading->bump, s.u, s.v, s.ns);
+    if ((features & FEATURE_TEXTURE) && shading->texture) {
+        Vec3 at = s.p;
+        if (shading->texture->ops->by_place && object->prim->ops->own) object->prim->ops->own(object->prim, hit, &at, NULL);
+        point->kd = shading->texture->ops->colour(shading->texture, s.u, s.v, at);
+    }
+    if ((features & FEATURE_BUMP) && shading->bump) {
+        const Affine *own = object->prim->ops->own ? object->prim->ops->own(object->prim, hit, NULL, &s.ns) : NULL;
+        s.ns = shading->bump->ops->bend(shading->bump, s.u, s.v, s.ns);
+        if (own) s.ns = affine_normal(own, s.ns);
+    }
     point->d = ray->d;
     point->v = vec3_neg(vec3_normalize(ray->d));
     bool flat = are_equal(s.n, s.ns);
