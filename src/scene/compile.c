@@ -35,7 +35,7 @@ enum {
 /* The share of the memory limit that objects may take, and what one costs at the peak of the build: itself, its box for
  * the builder, parts of the binary tree and of the wide nodes, which hold at least one object a place. */
 #define OBJECT_MEMORY_SHARE 0.75
-#define OBJECT_BYTES (sizeof(Object) + sizeof(BvhRef) + 96)
+#define OBJECT_BYTES (sizeof(Object) + sizeof(ObjectView) + sizeof(BvhRef) + 96)
 
 /* Meshes whose greatest coordinate is beyond 2^+-this are divided by a power of two: boxes and the first test of
  * triangles are in floats, whose products would overflow or vanish. */
@@ -78,6 +78,7 @@ typedef struct ScaledMesh {
 
 struct WorldMemory {
     Object *objects;
+    ObjectView *views;
     Shading *shadings;
     Light *lights;
     Geometry *geometry;
@@ -801,6 +802,32 @@ static bool place_objects(Compile *c, BvhRef *ref)
     return true;
 }
 
+static ObjectView view_object(const Object *o)
+{
+    Box b = o->prim->ops->bounds(o->prim);
+    BoxF box = boxf_from_box(b);
+    ObjectView v = {.reach = boxf_up(box_reach(b))};
+    for (int a = 0; a < 3; a++) {
+        const double *m = o->to_object.m[a];
+        double size = fabs(m[0]) + fabs(m[1]) + fabs(m[2]);
+        for (int j = 0; j < 4; j++) v.m[a][j] = (float)m[j];
+        v.lo[a] = box.lo[a];
+        v.hi[a] = box.hi[a];
+        v.size = fmaxf(v.size, boxf_up(size * (1 + GAMMA(2))));
+        v.offset = fmaxf(v.offset, boxf_up(fabs(m[3])));
+        v.least_d[a] = fmaxf(VIEW_PARALLEL * (float)size, 0x1p-100f);
+    }
+    return v;
+}
+
+static bool view_objects(Compile *c)
+{
+    c->memory->views = memory_array((size_t)c->object_count + 1, sizeof *c->memory->views);
+    if (!c->memory->views) return out_of_memory(c);
+    for (uint64_t i = 0; i < c->object_count; i++) c->memory->views[i] = view_object(&c->objects[i]);
+    return true;
+}
+
 /* ab - cd to 1.5 units in the last place, however much of it cancels (Kahan; Jeannerod, Louvet, Muller 2013). */
 static double products_difference(double a, double b, double c, double d)
 {
@@ -888,12 +915,13 @@ static bool compile(Compile *c, World *world)
     if (!c->memory->plain) return out_of_memory(c);
     if (!push(c, c->job->root, &identity) || !walk(c, 0)) return false;
     if (!make_mesh_prims(c) || !scale_objects(c, world) || !bake(c)) return false;
-    if (!build_bvh(c, world) || !make_shadings(c, world)) return false;
+    if (!build_bvh(c, world) || !view_objects(c) || !make_shadings(c, world)) return false;
     if (!place_lights(c, world)) return false;
     place_camera(c, world);
     c->stats->objects = c->object_count;
     world->kernel = kernel_best(c->settings->cpu);
     world->objects = c->objects;
+    world->views = c->memory->views;
     world->object_count = (uint32_t)c->object_count;
     return true;
 }
@@ -960,6 +988,7 @@ void world_destroy(World *world)
     free(m->made);
     free(m->geometry);
     free(m->objects);
+    free(m->views);
     free(m->shadings);
     free(m->lights);
     free(m->part_geometry);
