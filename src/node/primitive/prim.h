@@ -43,6 +43,11 @@ struct PrimOps {
     /* Point, normals, texture coordinates and error bound at a hit that intersect or segments gave on this very ray. */
     void (*surface)(const Prim *, const Ray *, const Hit *, Surface *);
 
+    /* For a primitive that is made of parts with spaces of their own, as the baked meshes: the map to that of the part that
+     * was hit, *p and *n (NULL: not wanted) becoming the point and the normal there, as surface gives them if the part is
+     * hit in its own space. Bumps and textures work there. NULL: the primitive's space is its own. */
+    const Affine *(*own)(const Prim *, const Hit *, Vec3 *p, Vec3 *n);
+
     /* Releases what prim_destroy must; NULL: free() is enough. */
     void (*destroy)(Prim *);
 };
