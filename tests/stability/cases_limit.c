@@ -11,7 +11,7 @@
 #include "support/check.h"
 #include "support/test_file.h"
 
-/* The error is of that kind and one line "build/test-tmp/FILE:LINE: ...TEXT..."; no text: an image. */
+/* The error is of that kind and one line "FILE:LINE: ...TEXT...", FILE as test_path says it; no text: an image. */
 static void expect(Row *row, const Picture *picture, ErrKind kind, const char *file, int line, const char *text,
                    const char *what)
 {
