@@ -237,7 +237,8 @@ typedef struct {
     Affine turn;
 } Gap;
 
-static const double GAP_EXTENT = 4096, GAP_DISTANCE = 3;
+#define GAP_EXTENT 4096.0
+#define GAP_DISTANCE 3.0
 
 static Gap gap_create(int kind, double wide)
 {
@@ -289,11 +290,14 @@ static double lone_t(const Prim *prim, const Ray *ray, bool leaves)
     return solid_edge(&list, leaves)->t;
 }
 
-/* How wide a gap must be to be seen along the normal: between 1e-17 and 0.1, by bisecting the exponent. */
+/* How wide a gap must be to be seen along the normal, and at most GAP_STEP times wider: between 1e-17 and 0.1, by bisecting
+ * the exponent. */
+#define GAP_STEP 1.01
+
 static double gap_threshold(int kind, Rng *rng)
 {
     double low = -17, high = -1;
-    while (high - low > 0x1p-8) {
+    while (high - low > log10(GAP_STEP)) {
         double middle = 0.5 * (low + high);
         Gap g = gap_create(kind, pow(10, middle));
         Ray ray = gap_ray(&g, rng, 0);
@@ -306,44 +310,63 @@ static double gap_threshold(int kind, Rng *rng)
 /* What the coordinates say of how well two faces can be told apart, whatever the program claims: a face is placed by 24
  * roundings (see SOLID_THICKEST), each of a sum of all coordinates that the normal has a part of. The faces' solids reach
  * as far as GAP_EXTENT, but straight ones are only as high as 1, and rays come from GAP_DISTANCE. */
-static void gap_limits(int kind, double *certain, double *impossible)
+typedef struct { double solid, certain, impossible; } GapLimits;
+
+static GapLimits gap_limits(int kind)
 {
     double c = cos(33 * M_PI / 180), s = sin(33 * M_PI / 180);
     double solid = kind / 2 ? (c + s) * (c + s) * GAP_EXTENT : 1;
-    *certain = 2 * 24 * UNIT_ROUNDOFF * (solid + GAP_DISTANCE);
-    *impossible = UNIT_ROUNDOFF * solid;
+    return (GapLimits){solid, 2 * 24 * UNIT_ROUNDOFF * (solid + GAP_DISTANCE), UNIT_ROUNDOFF * solid};
 }
 
+/* Of the 24 roundings 16 are of the solid's coordinates and 4 each of the ray's origin and way. Across straight faces these
+ * two grow with the cosine of the angle to the normal, so that the least width to be seen is less at an angle, down to
+ * 0.4 of it. Coordinates of turned faces are GAP_EXTENT, and what a ray's (GAP_DISTANCE and 2 aside) do is next to nothing. */
+static double gap_share(int kind, double angle_deg)
+{
+    double ray = (4 + 4) * GAP_DISTANCE;
+    return kind / 2 ? 1 : (16 + ray * cos(angle_deg * M_PI / 180)) / (16 + ray);
+}
+
+static double gap_slack(int kind)
+{
+    return kind / 2 ? 1 + (4 + 4) * (GAP_DISTANCE + 2) / (16 * GAP_EXTENT) : 1;
+}
+
+/* Both t of a gap are rounded, of the ray and of that which found the least width. */
+static const double GAP_ROUNDING = 4 * UNIT_ROUNDOFF * GAP_DISTANCE;
+
 /* A gap or film is seen if it is wider than the coordinates' roundings can make of it, never if it can't be represented,
- * and between these from one width on, that along the normal, whatever the angle: to within GAP_SPREAD, where 1 / cos
- * grows to 573. What is placed is as wide as it should be. */
+ * and between these from one width on, that along the normal, whatever the angle but for the ray's own roundings, where
+ * 1 / cos grows to 573. What is placed is as wide as it should be. */
 static void gaps(Row *row, uint64_t trials)
 {
-    static const double ANGLE[] = {0, 10, 30, 45, 60, 75, 85, 89, 89.5, 89.9}, GAP_SPREAD = 2;
+    static const double ANGLE[] = {0, 10, 30, 45, 60, 75, 85, 89, 89.5, 89.9};
     enum { ANGLES = sizeof ANGLE / sizeof *ANGLE, NARROWEST = 17, NEAR = 8 };
     solids_create();
     Rng rng = rng_seed(SEED, 32);
     uint64_t rays = trials / (GAP_KINDS * (NARROWEST + 2 * NEAR + 1) * ANGLES) + 1;
     for (int kind = 0; kind < GAP_KINDS; kind++) {
-        double certain, impossible, least = gap_threshold(kind, &rng);
-        gap_limits(kind, &certain, &impossible);
-        row_trial(row, least <= certain && least >= impossible, "kind %d: seen from %.3g on, not %.3g to %.3g", kind, least,
-                  impossible, certain);
+        double least = gap_threshold(kind, &rng), slack = gap_slack(kind);
+        GapLimits limits = gap_limits(kind);
+        row_trial(row, least <= limits.certain && least >= limits.impossible, "kind %d: seen from %.3g on, not %.3g to %.3g",
+                  kind, least, limits.impossible, limits.certain);
         for (int k = 1; k <= NARROWEST + 2 * NEAR + 1; k++) {
-            /* all decades, and by steps of sqrt(2) about the threshold */
-            Gap g = gap_create(kind, k <= NARROWEST ? pow(10, -k) : least * exp2(0.5 * (k - NARROWEST - 1 - NEAR)));
-            bool must = g.wide > certain || g.wide > least * GAP_SPREAD;
-            bool must_not = g.wide < impossible || g.wide < least / GAP_SPREAD;
+            /* all decades, and by steps of a tenth about the threshold */
+            Gap g = gap_create(kind, k <= NARROWEST ? pow(10, -k) : least * pow(1.1, k - NARROWEST - 1 - NEAR));
             for (int a = 0; a < ANGLES; a++)
                 for (uint64_t i = 0; i < rays; i++) {
                     Ray ray = gap_ray(&g, &rng, ANGLE[a]);
-                    bool seen = gap_seen(&g, &ray);
+                    double visible = least * slack + GAP_ROUNDING;
+                    double hidden = least * gap_share(kind, ANGLE[a]) / GAP_STEP / slack - GAP_ROUNDING;
+                    bool seen = gap_seen(&g, &ray), must = g.wide > fmin(limits.certain, visible);
+                    bool must_not = g.wide < fmax(limits.impossible, hidden);
                     double way = lone_t(g.low, &ray, false) - lone_t(g.high, &ray, !g.film);
                     double between = way * cos(ANGLE[a] * M_PI / 180);
-                    bool placed = fabs(between - g.wide) <= certain;
+                    bool placed = fabs(between - g.wide) <= limits.certain;
                     row_trial(row, placed && !(must && !seen) && !(must_not && seen),
                               "kind %d, %.3g at %g degrees: %s, %.3g apart, certain from %.3g, along the normal from %.3g",
-                              kind, g.wide, ANGLE[a], seen ? "seen" : "unseen", between, certain, least);
+                              kind, g.wide, ANGLE[a], seen ? "seen" : "unseen", between, limits.certain, least);
                 }
             gap_destroy(&g);
         }
