@@ -20,6 +20,7 @@
 #include "common/place.h"
 #include "compare/compare.h"
 #include "render.h"
+#include "render/error_line.h"
 #include "render/film.h"
 #include "render/progress.h"
 #include "render/report.h"
@@ -51,7 +52,7 @@ typedef struct {
     uint32_t threads;              /* 0: by the machine and the picture */
     const char *cpu;               /* NULL: the widest instructions that the processor has */
     bool fast_bvh;                 /* --bvh fast */
-    bool legacy, srgb, check, quiet;
+    bool legacy, srgb, check, quiet, no_audit;
     bool help, version;            /* were asked for */
     RenderOptions options;
     const char *format;            /* "png", "pfm"; NULL: by the file's name */
@@ -87,6 +88,7 @@ typedef struct {
     CommandLine line;
     Report *report;       /* NULL without --stats */
     StageTime clock;      /* at the end of the last stage */
+    double start_s;       /* cpu_wall_s when the process began */
     uint32_t renders;
     Progress progress;
     bool shows_progress, bar_is_shown;
@@ -312,6 +314,9 @@ static const OptionRow render_rows[] = {
      "transforms, names of Lua 5.1"},
     {0, "check", NULL, NULL, offsetof(CommandLine, check), "all but rendering: find what is wrong with a scene"},
     {0, "stats", "FILE", set_stats, 0, "write times, rays and memory to FILE, as JSON"},
+    {0, "no-audit", NULL, NULL, offsetof(CommandLine, no_audit),
+     "don't measure the picture's error by fresh samples:\n"
+     "tell it by its own"},
     {'q', "quiet", NULL, NULL, offsetof(CommandLine, quiet), "no progress bar, no summary; warnings stay"},
     {'h', "help", NULL, NULL, offsetof(CommandLine, help), "print this help"},
     {0, "version", NULL, NULL, offsetof(CommandLine, version), "print the version"},
@@ -548,6 +553,8 @@ static bool make_settings(App *app, const RenderJob *job, RenderSettings *settin
         .background = CHOOSE(OPTION_BACKGROUND, background),
         .format = line->bits == 16 ? FILM_16 : FILM_8,
         .srgb = line->srgb,
+        .audits = !line->no_audit,
+        .start_s = app->start_s,
         .progress = app->shows_progress ? show_progress : NULL,
         .progress_context = app,
     };
@@ -642,17 +649,18 @@ static void tell_not_finite(App *app, const RenderJob *job, const RenderSettings
              "; --size %" PRIu32 "x%" PRIu32 " -s %" PRIu32 "%s%s --crop %" PRIu32 ",%" PRIu32 ",%" PRIu32 ",%" PRIu32
              " draws it alone",
              job->where, stats->not_finite, stats->not_finite == 1 ? "" : "s", stats->first_sample, x, y, settings->width,
-             settings->height, settings->samples, seed, depth, x, y, x + 1, y + 1);
+             settings->height, stats->first_total, seed, depth, x, y, x + 1, y + 1);
     print_warning(app, text);
 }
 
-static void *draw(App *app, const RenderJob *job, const RenderSettings *settings, RenderReport *report, Err *err)
+static void *draw(App *app, const RenderJob *job, const RenderSettings *settings, RenderReport *report,
+                  RenderOutcome *outcome, Err *err)
 {
     World *world = compile(app, job, &report->compile, err);
     if (!world) return NULL;
     void *film = malloc((size_t)report->width * report->height * film_pixel_bytes(settings->format));
     app->progress = progress_start(cpu_wall_s());
-    bool ok = film ? render(world, settings, film, &report->render, err) : err_memory(err, "the picture");
+    bool ok = film ? render(world, settings, film, &report->render, outcome, err) : err_memory(err, "the picture");
     erase_bar(app);
     world_destroy(world);
     if (ok) tell_not_finite(app, job, settings, &report->render);
@@ -687,11 +695,22 @@ static bool write_film(const void *film, FilmFormat format, uint32_t width, uint
     return ok;
 }
 
+static void tell_outcome(const App *app, const RenderReport *report, const RenderOutcome *outcome)
+{
+    char text[512];
+    if (app->line.quiet) return;
+    report_summary(report, text, sizeof text);
+    fprintf(stderr, "%s\n", text);
+    error_line(outcome, cpu_wall_s() - app->start_s, cpu_time_s(), report->render.wall_s, text, sizeof text);
+    fprintf(stderr, "%s\n", text);
+}
+
 static bool draw_and_write(App *app, const RenderJob *job, const RenderSettings *settings, RenderReport *report, Err *err)
 {
     Outfile *file = open_output(report->file, err);
     if (!file) return app->line.output ? false : blame_call(job, err);
-    void *film = draw(app, job, settings, report, err);
+    RenderOutcome outcome;
+    void *film = draw(app, job, settings, report, &outcome, err);
     if (!film) {
         outfile_abandon(file);
         return false;
@@ -700,13 +719,9 @@ static bool draw_and_write(App *app, const RenderJob *job, const RenderSettings 
     bool ok = write_film(film, settings->format, report->width, report->height, file, err);
     report->encode = stage_lap(&app->clock);
     free(film);
-    if (!ok) return app->line.output ? false : blame_call(job, err);
-    if (!app->line.quiet) {
-        char text[512];
-        report_summary(report, text, sizeof text);
-        fprintf(stderr, "%s\n", text);
-    }
-    return true;
+    if (ok) tell_outcome(app, report, &outcome);
+    outcome_destroy(&outcome);
+    return ok || (app->line.output ? false : blame_call(job, err));
 }
 
 static bool check_job(App *app, const RenderJob *job, RenderReport *report, Err *err)
@@ -878,7 +893,7 @@ static void catch_signals(void)
 int main(int argc, char **argv)
 {
     Err err = {ERR_NONE, ""};
-    App app = {.command = &render_command, .line.compare = compare_defaults()};
+    App app = {.command = &render_command, .start_s = cpu_wall_s(), .line.compare = compare_defaults()};
     catch_signals();
     app.line.include = calloc((size_t)argc + 1, sizeof *app.line.include);
     bool ok = app.line.include ? run(&app, argc, argv, &err) : err_memory(&err, "the command line");

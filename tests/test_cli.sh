@@ -291,8 +291,10 @@ done
 # ---- what is printed ----
 "$RT" "$SCENE" -t 2 -o "$TMP/a.png" >"$TMP/out" 2>"$TMP/err"
 is "summary: standard output" "$(cat "$TMP/out")" ""
-is "summary" "$(sed -E 's/[0-9.]+( [kMG])? rays in [0-9.]+ s \(CPU [0-9.]+ s\)/N rays in T s (CPU T s)/' "$TMP/err")" \
+is "summary" "$(sed -E 's/[0-9.]+( [kMG])? rays in [0-9.]+ s \(CPU [0-9.]+ s\)/N rays in T s (CPU T s)/; 2d' "$TMP/err")" \
     "$TMP/a.png: 64 x 48, 9 samples, N rays in T s (CPU T s), 2 threads"
+is "summary: error" "$(sed -E '1d; s/0\.[0-9]+/E/g; s/E s/T s/g; s/[0-9]+\.[0-9] s/T s/g' "$TMP/err")" \
+    "RMSE E [E, E] in T s (CPU T s); E would take about T s"
 echo "print('hello') io.write('you\n') gr.sphere('s', 1, 2)" >"$TMP/print.lua"
 "$RT" "$TMP/print.lua" >"$TMP/out" 2>"$TMP/err"
 is "the script's words" "$? $(tr '\n' ' ' <"$TMP/out")" "0 hello you "
