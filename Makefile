@@ -132,7 +132,7 @@ bench-kernels: deps-bench
 	@echo "The table is also build/bench-kernels.json"
 
 bench-scenes: deps-bench
-	@$(MAKE) --no-print-directory all build/release/tests/tools/pngdiff BUILD=release
+	@$(MAKE) --no-print-directory all BUILD=release
 	tests/bench/scenes.sh
 
 precision: deps-bench

@@ -51,7 +51,7 @@ agreement() {
     agreement="differs"
     run_povray $out/matte.pov $2 $threads -A >$out/log 2>&1 || return
     (cd "$(dirname "$1")" && "$rt" -q -I . -o "$root/$out/rt.png" -s 1 --size ${2}x$2 "$oracle/matte.lua" -- "$(basename "$1")") >$out/log 2>&1 || return
-    build/release/tests/tools/pngdiff --tolerance 3 --share 0.5 --edges 2 $out/rt.png $out/povray.png >$out/log && agreement="agrees"
+    "$rt" compare --tolerance 3 --max-share 0.5 --edges 2 $out/rt.png $out/povray.png >$out/log && agreement="agrees"
 }
 
 # stage NAME: its wall seconds in rt's last run.
