@@ -6,10 +6,10 @@
  * its distance from everything else, the answer follows from the guesses, and the crossing that is the hit is refined as
  * the primitive does it. Every other ray is in doubt and goes to the primitive by itself.
  *
- * A CSG solid's events (csg.c) are taken singly there if no two of their intervals meet. A leaf's interval is a share of
- * ALONG of the leaf's part of the line at most, or else the leaf is looked at again. So here, too: windows of that size
- * about the guesses must be apart. Which leaves are inside at an event, for all events and lanes, are the bits of a few
- * words, on which the tree's gates are evaluated twice, before and behind the event: it shows where these differ. */
+ * A CSG solid's events (csg.c) are taken singly if their intervals don't meet. An interval is at most ALONG times the
+ * leaf's part of the line, or else the leaf is looked at again: so here, too, where events have windows of that size about
+ * the guesses. Which leaves are inside at an event are bits, for eight events and as many lanes in a word, on which the tree's
+ * gates are evaluated twice, with the event's leaf inside and outside: the event shows where these differ. */
 #ifndef RT_ACCEL_SOLID_KERNEL_H
 #define RT_ACCEL_SOLID_KERNEL_H
 
@@ -593,17 +593,25 @@ static inline void gate_add(const Gates *g, uint64_t *value, uint32_t gate, uint
     value[gate] = g->is_and[gate] ? value[gate] & operand : value[gate] | operand;
 }
 
-/* The root's value where the leaves' ones are these, before complements. */
-static uint64_t gates_value(const Gates *g, const Solid *s, uint64_t (*inside)[SOLID_WORDS], uint32_t word)
+/* What is certain, and what is possible, of the leaves or of a gate at events: of a leaf, whether the line is in it. */
+typedef struct { uint64_t least, most; } Bounds;
+
+/* The root's bounds. Gates are monotone in their operands, complements being at the leaves. */
+static Bounds gates_value(const Gates *g, const Solid *s, Bounds (*inside)[SOLID_WORDS], uint32_t word)
 {
-    uint64_t value[SOLID_GATES];
-    for (uint32_t i = 0; i < g->gate_count; i++) value[i] = g->start[i];
+    uint64_t least[SOLID_GATES], most[SOLID_GATES];
+    for (uint32_t i = 0; i < g->gate_count; i++) least[i] = most[i] = g->start[i];
     for (uint32_t k = 0; k < s->count; k++) {
-        uint64_t own = inside[k][word];
-        gate_add(g, value, g->of_leaf[k], s->csg->leaf[s->leaf[k]].flip ? ~own : own);
+        Bounds own = inside[k][word];
+        bool flip = s->csg->leaf[s->leaf[k]].flip;
+        gate_add(g, least, g->of_leaf[k], flip ? ~own.most : own.least);
+        gate_add(g, most, g->of_leaf[k], flip ? ~own.least : own.most);
     }
-    for (uint32_t i = g->gate_count - 1; i > 0; i--) gate_add(g, value, g->parent[i], value[i]);
-    return value[0];
+    for (uint32_t i = g->gate_count - 1; i > 0; i--) {
+        gate_add(g, least, g->parent[i], least[i]);
+        gate_add(g, most, g->parent[i], most[i]);
+    }
+    return (Bounds){least[0], most[0]};
 }
 
 static inline uint64_t event_bits(uint32_t event, uint32_t lanes) { return (uint64_t)lanes << (8 * (event % 8)); }
@@ -613,46 +621,41 @@ static inline Doubles event_t(const Solid *s, uint32_t event)
     return event & 1 ? s->span[event / 2].out : s->span[event / 2].in;
 }
 
-/* The lanes of each event (2 k: in, 2 k + 1: out of leaf k) where the result begins or ends. */
-static void solid_shown(const Solid *s, const Gates *g, uint32_t shown[2 * SOLID_LEAVES])
+/* The lanes of each event (2 k: in, 2 k + 1: out of leaf k) where the result begins or ends: for certain, or perhaps, as
+ * other windows meet the event's. */
+typedef struct { uint32_t shown[2 * SOLID_LEAVES], murky[2 * SOLID_LEAVES]; } Shown;
+
+/* An event is passed with its own leaf, and all those with a window that meets its window, taken to be in any state. If
+ * that makes no difference then none of them shows here, in whatever order or group they are passed. */
+static void solid_shown(const Solid *s, const Gates *g, Shown *shown)
 {
-    uint64_t inside[SOLID_LEAVES][SOLID_WORDS];
-    uint32_t events = 2 * s->count, words = (events + 7) / 8;
+    Bounds inside[SOLID_LEAVES][SOLID_WORDS];
+    uint32_t events = 2 * s->count, words = (events + 7) / 8, crowded[2 * SOLID_LEAVES] = {0};
     for (uint32_t k = 0; k < s->count; k++) {
         const Span *p = &s->span[k];
-        for (uint32_t word = 0; word < words; word++) inside[k][word] = 0;
+        for (uint32_t word = 0; word < words; word++) inside[k][word] = (Bounds){0, 0};
         for (uint32_t e = 0; e < events; e++) {
-            if (e / 2 == k) continue;
-            /* of equal t the lower number comes first */
-            Doubles t = event_t(s, e);
-            uint32_t lanes = 2 * k < e ? ~below(t, p->in) & below(t, p->out) : below(p->in, t) & ~below(p->out, t);
-            inside[k][e / 8] |= event_bits(e, lanes & p->met);
+            uint32_t least = 0, most = ALL_DOUBLES;
+            if (e / 2 != k) {
+                Doubles t = event_t(s, e), reach = s->width[k] + s->width[e / 2], after = t - p->in, before = p->out - t;
+                Doubles nearest = doubles_min(after, before);
+                least = below(reach, nearest) & p->met;
+                most = ~below(nearest, -reach) & p->met;
+                crowded[e] |= least ^ most;
+            }
+            inside[k][e / 8].least |= event_bits(e, least);
+            inside[k][e / 8].most |= event_bits(e, most);
         }
     }
     for (uint32_t word = 0; word < words; word++) {
-        uint32_t first = 4 * word, end = s->count < first + 4 ? s->count : first + 4;
-        uint64_t before = gates_value(g, s, inside, word);
-        for (uint32_t k = first; k < end; k++) inside[k][word] |= (uint64_t)0xffff << (16 * (k - first));
-        uint64_t differs = before ^ gates_value(g, s, inside, word);
-        for (uint32_t e = 8 * word; e < 2 * end; e++) shown[e] = (uint32_t)(differs >> (8 * (e % 8))) & s->span[e / 2].met;
-    }
-}
-
-/* Lanes where two windows meet between the ray's start and `end`. */
-static uint32_t solid_crowded(const Solid *s, Doubles end)
-{
-    uint32_t crowded = 0;
-    for (uint32_t j = 1; j < s->count; j++)
-        for (uint32_t k = 0; k < j; k++) {
-            const Span *p = &s->span[j], *q = &s->span[k];
-            Doubles reach = s->width[j] + s->width[k];
-            for (uint32_t c = 0; c < 4; c++) {
-                Doubles t = c & 1 ? p->out : p->in, other = c & 2 ? q->out : q->in;
-                uint32_t close = p->met & q->met & ~below(reach, doubles_abs(t - other));
-                if (close) crowded |= close & ~below(t + reach, s->start) & ~below(end, t - reach);
-            }
+        Bounds value = gates_value(g, s, inside, word);
+        uint64_t differs = value.least ^ value.most;
+        for (uint32_t e = 8 * word; e < events && e < 8 * word + 8; e++) {
+            uint32_t lanes = (uint32_t)(differs >> (8 * (e % 8))) & s->span[e / 2].met;
+            shown->shown[e] = lanes & ~crowded[e];
+            shown->murky[e] = lanes & crowded[e];
         }
-    return crowded;
+    }
 }
 
 static uint32_t csg_bundle(const Bundle *b, const Csg *csg)
@@ -669,22 +672,25 @@ static uint32_t csg_bundle(const Bundle *b, const Csg *csg)
     if (s.count == 0 || !rays) return b->rays & s.doubt;
     Gates g;
     if (!gates_find(&g, &s)) return b->rays;
-    uint32_t shown[2 * SOLID_LEAVES], hits = 0;
-    solid_shown(&s, &g, shown);
-    Doubles best = doubles_set(INFINITY), width = doubles_set(0), which = width;
+    Shown shown;
+    solid_shown(&s, &g, &shown);
+    Doubles best = doubles_set(INFINITY), width = doubles_set(0), which = width, murky = best;
+    uint32_t hits = 0;
     for (uint32_t e = 0; e < 2 * s.count; e++) {
-        if (!(shown[e] & rays)) continue;
+        uint32_t lanes = (shown.shown[e] | shown.murky[e]) & rays;
+        if (!lanes) continue;
         Doubles t = event_t(&s, e);
         Side side = side_of(&s.span[e / 2], e & 1, t, s.width[e / 2], s.start, s.moved);
-        s.doubt |= shown[e] & side.vague;
-        uint32_t nearer = shown[e] & side.ahead & ~side.vague & below(t, best) & rays;
+        s.doubt |= lanes & side.vague;
+        uint32_t ahead = lanes & side.ahead & ~side.vague, nearer = shown.shown[e] & ahead & below(t, best);
         hits |= nearer;
         best = choose(nearer, t, best);
         width = choose(nearer, s.width[e / 2], width);
         which = choose(nearer, doubles_set(e), which);
+        murky = choose(shown.murky[e] & ahead, doubles_min(t - s.width[e / 2], murky), murky);
     }
     Doubles tmax = b->tmax + s.start;
-    s.doubt |= solid_crowded(&s, doubles_min(best, tmax));
+    s.doubt |= below(murky, doubles_min(best, tmax)) & rays;
     hits &= ~s.doubt;
     if (hits && b->any) {
         Side end = end_of(b, best - s.start, width);
@@ -714,15 +720,39 @@ static bool is_plain(const Walk *w, uint32_t i)
     return w->ray[i].tmin == 0 && w->per_scale[i] > SOLID_SCALE_LEAST && w->per_scale[i] < SOLID_SCALE_GREATEST;
 }
 
+/* Roundings of a plane's place less the origin's, and of the quotient and its product. */
+enum { BOX_ROUNDINGS = 8 };
+
+/* The lanes that meet the primitive's box. */
+static uint32_t box_alone(const Bundle *b, const Box *bounds)
+{
+    Doubles zero = doubles_set(0), one = doubles_set(1);
+    Doubles reach = doubles_max(vecs_most(&b->o), doubles_set(box_reach(*bounds)));
+    const double lo[3] = {bounds->lo.x, bounds->lo.y, bounds->lo.z}, hi[3] = {bounds->hi.x, bounds->hi.y, bounds->hi.z};
+    const Doubles o[3] = {b->o.x, b->o.y, b->o.z}, d[3] = {b->d.x, b->d.y, b->d.z};
+    Doubles pad = doubles_set(GAMMA(BOX_ROUNDINGS)) * reach, near = zero, far = b->tmax;
+    for (int i = 0; i < 3; i++) {
+        Doubles inverse = one / d[i], low = doubles_set(lo[i]) - pad, high = doubles_set(hi[i]) + pad;
+        DoublesMask negative = doubles_mask_of(below(inverse, zero));
+        near = doubles_max((doubles_pick(negative, high, low) - o[i]) * inverse, near);
+        far = doubles_min((doubles_pick(negative, low, high) - o[i]) * inverse, far);
+    }
+    return doubles_mask_bits(doubles_le(near, far)) & b->rays;
+}
+
+static uint32_t at_bundle(const Bundle *b, const Prim *prim)
+{
+    PrimForm form = prim->ops->form;
+    const Csg *csg = csg_data(prim);
+    if (csg) return csg_bundle(b, csg);
+    if (form != FORM_OTHER) return form_alone(b, form);
+    Box bounds = prim->ops->bounds(prim);
+    return box_alone(b, &bounds);
+}
+
 static void at_solid(Walk *w, uint32_t index, uint64_t rays, bool any)
 {
     const Object *object = &w->world->objects[index];
-    const Csg *csg = csg_data(object->prim);
-    PrimForm form = object->prim->ops->form;
-    if (!csg && form == FORM_OTHER) {
-        at_prim(w, index, rays, any);
-        return;
-    }
     uint64_t doubt = 0;
     for (uint32_t at = 0; at < w->count; at += DOUBLES) {
         Bundle b = {.w = w, .index = index, .at = at, .any = any, .rays = (uint32_t)(rays >> at) & ALL_DOUBLES};
@@ -734,7 +764,7 @@ static void at_solid(Walk *w, uint32_t index, uint64_t rays, bool any)
         }
         if (!b.rays) continue;
         bundle_load(&b, object);
-        doubt |= (uint64_t)(csg ? csg_bundle(&b, csg) : form_alone(&b, form)) << at;
+        doubt |= (uint64_t)at_bundle(&b, object->prim) << at;
     }
     if (doubt) at_prim(w, index, doubt, any);
 }
