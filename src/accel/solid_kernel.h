@@ -8,12 +8,14 @@
  *
  * A CSG solid's events (csg.c) are taken singly if their intervals don't meet. An interval is at most ALONG times the
  * leaf's part of the line, or else the leaf is looked at again: so here, too, where events have windows of that size about
- * the guesses. Which leaves are inside at an event are bits, for eight events and as many lanes in a word, on which the tree's
- * gates are evaluated twice, with the event's leaf inside and outside: the event shows where these differ. */
+ * the guesses. Which leaves are inside at an event are bits, for eight events and as many lanes in a word, on which the
+ * tree's gates are evaluated with the event's leaf, and what is near, inside and outside: the event shows where these
+ * differ. */
 #ifndef RT_ACCEL_SOLID_KERNEL_H
 #define RT_ACCEL_SOLID_KERNEL_H
 
 #include "node/csg/csg_data.h"
+#include "node/primitive/primitive.h"
 #include "node/primitive/quadric.h"
 
 enum {
@@ -225,6 +227,7 @@ static inline void span_of(PrimForm form, Span *s)
     case FORM_CYLINDER: cylinder_span(s); break;
     case FORM_CONE: cone_span(s); break;
     case FORM_CUBE: cube_span(s); break;
+    case FORM_TORUS:
     case FORM_OTHER: break;
     }
 }
@@ -358,6 +361,7 @@ static inline __attribute__((always_inline)) Crossings refine_span(PrimForm form
         c.odd = flat_odd;
         break;
     }
+    case FORM_TORUS:
     case FORM_OTHER: break;
     }
     return c;
@@ -488,7 +492,7 @@ static void solid_leaf(Solid *s, uint32_t index, uint32_t lanes)
 {
     const CsgLeaf *leaf = &s->csg->leaf[index];
     PrimForm form = leaf->prim->ops->form;
-    if (form == FORM_OTHER || leaf->coarse || s->count == SOLID_LEAVES) {
+    if (form == FORM_OTHER || form == FORM_TORUS || leaf->coarse || s->count == SOLID_LEAVES) {
         s->doubt |= lanes;
         return;
     }
@@ -723,8 +727,11 @@ static bool is_plain(const Walk *w, uint32_t i)
 /* Roundings of a plane's place less the origin's, and of the quotient and its product. */
 enum { BOX_ROUNDINGS = 8 };
 
-/* The lanes that meet the primitive's box. */
-static uint32_t box_alone(const Bundle *b, const Box *bounds)
+/* A stretch of the rays, t from near to far. */
+typedef struct { Doubles near, far; } Stretch;
+
+/* The lanes that meet the primitive's box, and their way through it. */
+static uint32_t box_alone(const Bundle *b, const Box *bounds, Stretch *in_box)
 {
     Doubles zero = doubles_set(0), one = doubles_set(1);
     Doubles reach = doubles_max(vecs_most(&b->o), doubles_set(box_reach(*bounds)));
@@ -737,7 +744,52 @@ static uint32_t box_alone(const Bundle *b, const Box *bounds)
         near = doubles_max((doubles_pick(negative, high, low) - o[i]) * inverse, near);
         far = doubles_min((doubles_pick(negative, low, high) - o[i]) * inverse, far);
     }
+    *in_box = (Stretch){near, far};
     return doubles_mask_bits(doubles_le(near, far)) & b->rays;
+}
+
+/* Tori of these minor radii and rays from within this many radii have f = (|p|^2 + 1 - m^2)^2 - 4 (x^2 + z^2) of moderate
+ * size in the box, where |p| is at most 4.7: |grad f| is below 600, the ends of a stretch are off by 8 u (reach + 8) in each
+ * coordinate, the sums by 32 u of terms below 600. */
+#define TORUS_MINOR_GREATEST 2.0
+#define TORUS_REACH 0x1p10
+#define TORUS_DOUBT 0x1p-36
+
+/* A torus: f is a quartic along the ray. In the form of Bernstein it lies between the least and the greatest of its five
+ * coefficients, made of those of two quadratics (Farin, "Curves and surfaces for CAGD", 2002, chapter 6).
+ * Where these are positive, f has no zero. Only the first may be in doubt, for a ray that leaves the torus: then f at the
+ * origin is found with twice the precision. Shadow rays are blocked if f is negative half way. */
+static uint32_t torus_alone(const Bundle *b, const Prim *prim)
+{
+    Stretch in_box;
+    double minor = torus_minor(prim);
+    Box bounds = prim->ops->bounds(prim);
+    uint32_t rays = box_alone(b, &bounds, &in_box), blocked = 0;
+    if (!rays || minor > TORUS_MINOR_GREATEST) return rays;
+    Vecs p = vecs_at(&b->o, in_box.near, &b->d), q = vecs_at(&b->o, in_box.far, &b->d);
+    Doubles two = doubles_set(2), four = doubles_set(4), c = doubles_set(1 - minor * minor), reach = vecs_most(&b->o);
+    Doubles w0 = p.x * p.x + p.z * p.z, w1 = p.x * q.x + p.z * q.z, w2 = q.x * q.x + q.z * q.z;
+    Doubles g0 = w0 + p.y * p.y + c, g1 = w1 + p.y * q.y + c, g2 = w2 + q.y * q.y + c;
+    Doubles third = doubles_set(1.0 / 3), doubt = doubles_set(TORUS_DOUBT) * (reach + doubles_set(8));
+    Doubles first = g0 * g0 - four * w0, second = g0 * g1 - two * (w0 + w1);
+    Doubles middle = (g0 * g2 + two * g1 * g1 - two * (w0 + four * w1 + w2)) * third;
+    Doubles fourth = g1 * g2 - two * (w1 + w2), last = g2 * g2 - four * w2;
+    uint32_t plain = below(reach, doubles_set(TORUS_REACH));
+    Doubles least = doubles_min(doubles_min(second, middle), doubles_min(fourth, last));
+    uint32_t outside = below(doubt, first) & plain, clear = below(doubt, least) & plain;
+    uint32_t leaves = rays & clear & ~outside & doubles_mask_bits(doubles_le(in_box.near, doubles_set(0)));
+    for (; leaves; leaves &= leaves - 1) {
+        uint32_t k = (uint32_t)__builtin_ctz(leaves);
+        const double *x = (const double *)&b->o.x, *y = (const double *)&b->o.y, *z = (const double *)&b->o.z;
+        if (torus_is_outside(prim, vec3_make(x[k], y[k], z[k]))) outside |= 1u << k;
+    }
+    if (b->any && minor <= 1) {
+        Doubles g = (g0 + two * g1 + g2) * doubles_set(0.25), half_way = g * g - (w0 + two * w1 + w2);
+        Doubles end = doubles_of_floats(b->w->space.end_down + b->at), t = (in_box.near + in_box.far) * doubles_set(0.5);
+        blocked = rays & outside & below(half_way, -doubt) & below(t, end);
+        b->w->alive &= ~((uint64_t)blocked << b->at);
+    }
+    return rays & ~(outside & clear) & ~blocked;
 }
 
 static uint32_t at_bundle(const Bundle *b, const Prim *prim)
@@ -745,9 +797,11 @@ static uint32_t at_bundle(const Bundle *b, const Prim *prim)
     PrimForm form = prim->ops->form;
     const Csg *csg = csg_data(prim);
     if (csg) return csg_bundle(b, csg);
+    if (form == FORM_TORUS) return torus_alone(b, prim);
     if (form != FORM_OTHER) return form_alone(b, form);
+    Stretch in_box;
     Box bounds = prim->ops->bounds(prim);
-    return box_alone(b, &bounds);
+    return box_alone(b, &bounds, &in_box);
 }
 
 static void at_solid(Walk *w, uint32_t index, uint64_t rays, bool any)

@@ -20,7 +20,7 @@ typedef struct PrimOps PrimOps;
 struct Prim { const PrimOps *ops; };
 
 /* The forms that kernels know by themselves, to test many rays at once (accel/solid_kernel.h). */
-typedef enum { FORM_OTHER, FORM_SPHERE, FORM_CUBE, FORM_CYLINDER, FORM_CONE } PrimForm;
+typedef enum { FORM_OTHER, FORM_SPHERE, FORM_CUBE, FORM_CYLINDER, FORM_CONE, FORM_TORUS } PrimForm;
 
 /* Hit.part of a cylinder's and a cone's faces; those of a cube are 2 axis + side. */
 enum { CYLINDER_SIDE, CYLINDER_TOP, CYLINDER_BOTTOM };

@@ -246,17 +246,31 @@ static Box bounds_in(const Prim *prim, const Affine *map)
     return affine_box_about(map, vec3_make(0, 0, 0), vec3_add(affine_disc_extent(map), tube));
 }
 
+/* f = g^2 - 4 w at a point, in double-double; and *k gets g. */
+static Dd value_at(const Torus *torus, Vec3 p, Dd *k)
+{
+    Dd w = dd_add(dd_prod(p.x, p.x), dd_prod(p.z, p.z)), mm = dd_prod(torus->minor, torus->minor);
+    *k = dd_sub(dd_add_d(dd_add(w, dd_prod(p.y, p.y)), 1), mm);
+    return dd_sub(dd_mul(*k, *k), (Dd){4 * w.hi, 4 * w.lo});
+}
+
+double torus_minor(const Prim *prim) { return ((const Torus *)prim)->minor; }
+
+bool torus_is_outside(const Prim *prim, Vec3 p)
+{
+    Dd k;
+    return vec3_max(vec3_abs(p)) < ORIGIN_MOST && value_at((const Torus *)prim, p, &k).hi > VALUE_DOUBT;
+}
+
 /* Whether a crossing next to the ray's origin is behind it, as for most rays that leave the torus: it is near the root of
- * the tangent to f = g^2 - 4 w there, so its t has the sign of -f / f'. f needs twice the precision; f' is well off 0 (the
- * guess has seen to that at the crossing) and hardly changes within slack. False if it is ahead, or in doubt. */
+ * the tangent to f there, so its t has the sign of -f / f'. f needs twice the precision; f' is well off 0 (the guess has
+ * seen to that at the crossing) and hardly changes within slack. False if it is ahead, or in doubt. */
 static bool is_left_behind(const Torus *torus, const Ray *ray, const TorusGuess *g, int i)
 {
     if (!(fabs(g->t[i]) <= g->slack && ray->tmin >= 0)) return false;
     Vec3 o = ray->o, d = ray->d;
     if (!(vec3_max(vec3_abs(o)) < ORIGIN_MOST)) return false;
-    Dd w = dd_add(dd_prod(o.x, o.x), dd_prod(o.z, o.z)), mm = dd_prod(torus->minor, torus->minor);
-    Dd k = dd_sub(dd_add_d(dd_add(w, dd_prod(o.y, o.y)), 1), mm);
-    Dd f = dd_sub(dd_mul(k, k), (Dd){4 * w.hi, 4 * w.lo});
+    Dd k, f = value_at(torus, o, &k);
     double wd = o.x * d.x + o.z * d.z, slope = 4 * k.hi * (wd + o.y * d.y) - 8 * wd;
     return fabs(f.hi) > VALUE_DOUBT && fabs(slope) > SLOPE_LEAST * vec3_max(vec3_abs(d)) && (f.hi > 0) == (slope > 0);
 }
@@ -341,7 +355,7 @@ static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *s
 }
 
 static const PrimOps OPS = {
-    .name = "torus", .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect,
+    .name = "torus", .form = FORM_TORUS, .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect,
     .occluded = occluded, .segments = segments, .surface = surface,
 };
 
