@@ -843,26 +843,23 @@ static void at_prim(Walk *w, uint32_t index, uint64_t rays, bool any)
     }
 }
 
+static void at_solid(Walk *w, uint32_t index, uint64_t rays, bool any);
+
 static inline __attribute__((always_inline)) void at_object(Walk *w, uint32_t index, uint64_t rays, bool coherent, bool any)
 {
     const Object *object = &w->world->objects[index];
     const MeshPrim *mesh = mesh_prim_data(object->prim);
-    if (object->in_world) {
-        if (mesh)
-            at_mesh(w, index, mesh, &w->space, rays, coherent, any);
-        else
-            at_prim(w, index, rays, any);
-        return;
-    }
     const ObjectView *view = &w->world->views[index];
-    if (!view_is_in_reach(view)) {
-        at_prim(w, index, rays, any);
-        return;
-    }
     Space s;
-    rays = object_meets(w, view, rays, s.shift);
-    if (!rays) return;
-    if (mesh) {
+    if (!object->in_world && view_is_in_reach(view)) {
+        rays = object_meets(w, view, rays, s.shift);
+        if (!rays) return;
+    }
+    if (!mesh) {
+        at_solid(w, index, rays, any);
+    } else if (object->in_world) {
+        at_mesh(w, index, mesh, &w->space, rays, coherent, any);
+    } else if (view_is_in_reach(view)) {
         object_space(w, object, view, rays, &s);
         at_mesh(w, index, mesh, &s, rays, coherent, any);
         if (!any) leave_space(w, &s, index, rays);
@@ -1023,6 +1020,8 @@ static __attribute__((noinline)) void confirm_lanes(Confirm *q)
     Doubles t = t0 + (((top.hi - back.hi) - back.lo) + (top.lo - t0 * slope.lo)) * per_slope;
     *(Doubles *)q->t = t * *(Doubles *)q->scale;
 }
+
+#include "accel/solid_kernel.h"
 
 static void put3(double (*to)[DOUBLES], uint32_t j, const Vec3 *v)
 {

@@ -19,8 +19,16 @@ typedef struct PrimOps PrimOps;
 
 struct Prim { const PrimOps *ops; };
 
+/* The forms that kernels know by themselves, to test many rays at once (accel/solid_kernel.h). */
+typedef enum { FORM_OTHER, FORM_SPHERE, FORM_CUBE, FORM_CYLINDER, FORM_CONE, FORM_TORUS } PrimForm;
+
+/* Hit.part of a cylinder's and a cone's faces; those of a cube are 2 axis + side. */
+enum { CYLINDER_SIDE, CYLINDER_TOP, CYLINDER_BOTTOM };
+enum { CONE_SIDE, CONE_BASE };
+
 struct PrimOps {
     const char *name;  /* "torus": messages, statistics */
+    PrimForm form;
     bool closed;       /* bounds a solid: may be a CSG operand (a mesh: see mesh_prim.h) */
 
     Box (*bounds)(const Prim *);
