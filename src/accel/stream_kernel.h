@@ -310,14 +310,14 @@ static void leave_space(Walk *w, const Space *s, uint32_t index, uint64_t rays, 
 static bool hit_exactly(const Walk *w, uint32_t i, uint32_t object, const MeshPrim *mesh, uint32_t triangle, Hit *hit)
 {
     Ray local = ray_to_object(&w->world->objects[object], &w->ray[i]);
-    Shear shear = shear_of(&local);
     const uint32_t *k = mesh->triangle[triangle];
     const Vec3 *a = &mesh->position[k[0]], *b = &mesh->position[k[1]], *c = &mesh->position[k[2]];
+    if (local.tmin >= 0 && plane_behind(&local, a, b, c)) return false;
+    Shear shear = shear_of(&local);
     TriangleCut cut;
     if (!triangle_cut(&shear, a, b, c, &cut)) return false;
     TriangleSpan span = triangle_span(&shear, &cut);
     if (!(span.hi > local.tmin) || !(span.lo <= local.tmax)) return false;
-    if (local.tmin >= 0 && !(span.lo > local.tmin) && triangle_behind(&shear, a, b, c, &cut)) return false;
     double err, t = triangle_t(&shear, a, b, c, &err);
     *hit = (Hit){t, cut.u, cut.v, triangle, part_of(mesh, triangle), object};
     return t > local.tmin && t <= local.tmax;
