@@ -74,6 +74,11 @@ typedef struct {
     float first_o[3], last_o[3], r_low[3], r_high[3], slack_t[3];
 } Space;
 
+/* A sure hit that may be the nearest of its ray. */
+typedef struct { uint32_t lane, object, triangle; } Waiting;
+
+enum { WAITING = 4 * GROUP };
+
 /* A group of rays on their way through the world. t is in units of 1 / scale of its ray. */
 typedef struct {
     const World *world;
@@ -88,6 +93,8 @@ typedef struct {
     Hit *hit;                            /* the caller's, of the nearest hits that are known in double */
     _Alignas(64) double o[3][GROUP], d[3][GROUP], per_scale[GROUP];  /* d about 1 long */
     float world_reach;
+    uint32_t waiting_count;
+    Waiting waiting[WAITING + GROUP];    /* room for the nearest of all rays at the end */
     Space space;
 } Walk;
 
@@ -162,6 +169,7 @@ static bool walk_init(Walk *w, const World *world, const Ray *ray, uint32_t n)
     w->count = n;
     w->alive = group_all(n);
     w->exact = 0;
+    w->waiting_count = 0;
     if (!walk_load(w, ray, n, &s->reach)) return false;
     float boxes = 0;
     for (int a = 0; a < 3; a++) {
@@ -283,14 +291,16 @@ static void object_space(const Walk *w, const Object *object, const ObjectView *
             if (rays >> at & LANE_BITS) space_slabs(s, a, v->least_d[a], at);
 }
 
-/* What was found in an object's space becomes known in the world's. */
-static void leave_space(Walk *w, const Space *s, uint32_t index, uint64_t rays)
+/* What was found in an object's space becomes known in the world's; `waited`: what waited before. */
+static void leave_space(Walk *w, const Space *s, uint32_t index, uint64_t rays, uint32_t waited)
 {
+    bool more = w->waiting_count > waited;
     for (; rays; rays &= rays - 1) {
         uint32_t i = (uint32_t)__builtin_ctzll(rays);
-        if (w->object[i] != index) continue;
-        w->space.tmax[i] = slab_up(s->tmax[i] + s->shift[i]);
-        w->space.best_low[i] = slab_down(s->best_low[i] + s->shift[i]);
+        if (w->object[i] != index && !more) continue;
+        float tmax = slab_up(s->tmax[i] + s->shift[i]), low = slab_down(s->best_low[i] + s->shift[i]);
+        w->space.tmax[i] = tmax < w->space.tmax[i] ? tmax : w->space.tmax[i];
+        w->space.best_low[i] = low < w->space.best_low[i] ? low : w->space.best_low[i];
     }
 }
 
@@ -300,20 +310,35 @@ static void leave_space(Walk *w, const Space *s, uint32_t index, uint64_t rays)
 static bool hit_exactly(const Walk *w, uint32_t i, uint32_t object, const MeshPrim *mesh, uint32_t triangle, Hit *hit)
 {
     Ray local = ray_to_object(&w->world->objects[object], &w->ray[i]);
-    Shear shear = shear_of(&local);
     const uint32_t *k = mesh->triangle[triangle];
     const Vec3 *a = &mesh->position[k[0]], *b = &mesh->position[k[1]], *c = &mesh->position[k[2]];
+    if (local.tmin >= 0 && plane_behind(&local, a, b, c)) return false;
+    Shear shear = shear_of(&local);
     TriangleCut cut;
     if (!triangle_cut(&shear, a, b, c, &cut)) return false;
     TriangleSpan span = triangle_span(&shear, &cut);
     if (!(span.hi > local.tmin) || !(span.lo <= local.tmax)) return false;
-    if (local.tmin >= 0 && !(span.lo > local.tmin) && triangle_behind(&shear, a, b, c, &cut)) return false;
     double err, t = triangle_t(&shear, a, b, c, &err);
     *hit = (Hit){t, cut.u, cut.v, triangle, part_of(mesh, triangle), object};
     return t > local.tmin && t <= local.tmax;
 }
 
 static const MeshPrim *mesh_of(const Walk *w, uint32_t object) { return mesh_prim_data(w->world->objects[object].prim); }
+
+/* Of equal t that of the least object, then part, counts. */
+static inline bool is_nearer(const Hit *a, const Hit *b)
+{
+    if (a->t != b->t) return a->t < b->t;
+    return a->object < b->object || (a->object == b->object && a->part < b->part);
+}
+
+static void take_hit(Walk *w, uint32_t i, const Hit *hit)
+{
+    w->hit[i] = *hit;
+    w->object[i] = hit->object;
+    w->triangle[i] = hit->part;
+    w->exact |= (uint64_t)1 << i;
+}
 
 /* Computes the nearest hit so far in double. */
 static void settle(Walk *w, uint32_t i)
@@ -323,22 +348,15 @@ static void settle(Walk *w, uint32_t i)
     w->exact |= (uint64_t)1 << i;
 }
 
-/* A hit in double, found in s, that may be the nearest. Of equal t that of the least object, then part, counts. */
+/* A hit in double, found in s, that may be the nearest. */
 static void offer(Walk *w, Space *s, uint32_t i, const Hit *hit)
 {
     float t = (float)(hit->t * w->per_scale[i] - (double)s->shift[i]);
     if (w->object[i] != HIT_NONE && slab_up(t) >= s->best_low[i]) {
         settle(w, i);
-        const Hit *best = &w->hit[i];
-        if (hit->t > best->t) return;
-        if (hit->t == best->t &&
-            (hit->object > best->object || (hit->object == best->object && hit->part >= best->part)))
-            return;
+        if (!is_nearer(hit, &w->hit[i])) return;
     }
-    w->hit[i] = *hit;
-    w->object[i] = hit->object;
-    w->triangle[i] = hit->part;
-    w->exact |= (uint64_t)1 << i;
+    take_hit(w, i, hit);
     s->tmax[i] = slab_up(t);
     s->best_low[i] = slab_down(t);
 }
@@ -354,6 +372,22 @@ typedef struct {
     Margins margins;
     bool any;            /* occlusion */
 } Target;
+
+/* Has a triangle wait that ray i surely hits, between two t, if there is room: then it is compared with the nearest hit at
+ * the end. Surfaces that lie in each other are all found by every ray, and computing several hits at once costs far less.
+ */
+static inline bool can_wait(const Target *g, uint32_t i, uint32_t triangle, float t_low, float t_high)
+{
+    Walk *w = g->w;
+    Space *s = g->space;
+    if (g->any || w->object[i] == HIT_NONE) return false;
+    if (w->object[i] == g->object && w->triangle[i] == triangle) return true;
+    if (w->waiting_count == WAITING) return false;
+    w->waiting[w->waiting_count++] = (Waiting){i, g->object, triangle};
+    s->tmax[i] = t_high < s->tmax[i] ? t_high : s->tmax[i];
+    s->best_low[i] = t_low < s->best_low[i] ? t_low : s->best_low[i];
+    return true;
+}
 
 /* A triangle in doubt for ray i. */
 static void decide(const Target *g, uint32_t i, uint32_t triangle)
@@ -419,6 +453,7 @@ static inline __attribute__((always_inline)) void block_by_triangles(const Targe
                                  lanes_lt(sum, size - lanes_set(2 * mu + md)));
             sure = mask_and(mask_and(left, sure), mask_and(lanes_lt(at_lane(s->tmin_up, at), t_low),
                                                            lanes_lt(t_high, at_lane(s->end_down, at))));
+            uint32_t hits = mask_bits(sure);
             if (g->any) {
                 w->alive &= ~((uint64_t)mask_bits(sure) << at);
                 rays &= ~((uint64_t)mask_bits(sure) << at);
@@ -432,8 +467,11 @@ static inline __attribute__((always_inline)) void block_by_triangles(const Targe
                 *triangle = lanes_pick_int(sure, lanes_set_int(b->triangle[j]), *triangle);
                 w->exact &= ~((uint64_t)mask_bits(sure) << at);
             }
-            for (uint32_t doubt = mask_bits(mask_without(left, sure)); doubt; doubt &= doubt - 1)
-                decide(g, at + (uint32_t)__builtin_ctz(doubt), b->triangle[j]);
+            for (uint32_t doubt = mask_bits(mask_without(left, sure)); doubt; doubt &= doubt - 1) {
+                uint32_t k = (uint32_t)__builtin_ctz(doubt);
+                if (!(hits >> k & 1) || !can_wait(g, at + k, b->triangle[j], t_low[k], t_high[k]))
+                    decide(g, at + k, b->triangle[j]);
+            }
             if (g->any) rays &= w->alive;
         }
     }
@@ -483,7 +521,7 @@ static inline __attribute__((always_inline)) bool block_by_rays(const Target *g,
             w->object[i] = g->object;
             w->triangle[i] = b->triangle[j];
             w->exact &= ~((uint64_t)1 << i);
-        } else if (!(t_low[j] > s->tmax[i])) {
+        } else if (!(t_low[j] > s->tmax[i]) && !(sure && can_wait(g, i, b->triangle[j], t_low[j], t_high[j]))) {
             decide(g, i, b->triangle[j]);
             if (g->any && !(w->alive >> i & 1)) return false;
         }
@@ -861,8 +899,9 @@ static inline __attribute__((always_inline)) void at_object(Walk *w, uint32_t in
         at_mesh(w, index, mesh, &w->space, rays, coherent, any);
     } else if (view_is_in_reach(view)) {
         object_space(w, object, view, rays, &s);
+        uint32_t waited = w->waiting_count;
         at_mesh(w, index, mesh, &s, rays, coherent, any);
-        if (!any) leave_space(w, &s, index, rays);
+        if (!any) leave_space(w, &s, index, rays, waited);
     } else {
         at_prim(w, index, rays, any);
     }
@@ -1030,10 +1069,10 @@ static void put3(double (*to)[DOUBLES], uint32_t j, const Vec3 *v)
     to[2][j] = v->z;
 }
 
-/* Ray i in the space of its nearest hit's object. */
-static inline void put_ray(Confirm *q, uint32_t j, const Walk *w, uint32_t i)
+/* Ray i in an object's space. */
+static inline void put_ray(Confirm *q, uint32_t j, const Walk *w, uint32_t i, uint32_t index)
 {
-    const Object *object = &w->world->objects[w->object[i]];
+    const Object *object = &w->world->objects[index];
     if (object->in_world) {
         for (int a = 0; a < 3; a++) {
             q->o[a][j] = w->o[a][i];
@@ -1049,37 +1088,45 @@ static inline void put_ray(Confirm *q, uint32_t j, const Walk *w, uint32_t i)
     put3(q->d, j, &d);
 }
 
-/* Computes all the nearest hits in double; the triangles' corners are fetched ahead, first their numbers. */
-static void settle_all(Walk *w)
+/* Adds the nearest hits that aren't known in double to what waits. Corners' numbers are fetched ahead, then the corners. */
+static uint32_t list_waiting(Walk *w, const MeshPrim *mesh[], const uint32_t *corner[])
 {
-    const uint32_t *corner[GROUP];
-    const MeshPrim *of[GROUP], *mesh = NULL;
-    uint32_t lane[GROUP], n = 0, object = HIT_NONE;
-    for (uint32_t i = 0; i < w->count; i++) {
-        if (w->object[i] == HIT_NONE || (w->exact >> i & 1)) continue;
-        if (w->object[i] != object) {
-            object = w->object[i];
-            mesh = mesh_of(w, object);
-        }
-        of[n] = mesh;
-        corner[n] = mesh->triangle[w->triangle[i]];
-        __builtin_prefetch(corner[n]);
-        lane[n++] = i;
+    for (uint32_t i = 0; i < w->count; i++)
+        if (w->object[i] != HIT_NONE && !(w->exact >> i & 1))
+            w->waiting[w->waiting_count++] = (Waiting){i, w->object[i], w->triangle[i]};
+    uint32_t n = w->waiting_count;
+    for (uint32_t k = 0; k < n; k++) {
+        const Waiting *at = &w->waiting[k];
+        mesh[k] = k > 0 && at->object == at[-1].object ? mesh[k - 1] : mesh_of(w, at->object);
+        corner[k] = mesh[k]->triangle[at->triangle];
+        __builtin_prefetch(corner[k]);
     }
     for (uint32_t k = 0; k < n; k++)
-        for (int j = 0; j < 3; j++) __builtin_prefetch(&of[k]->position[corner[k][j]]);
+        for (int j = 0; j < 3; j++) __builtin_prefetch(&mesh[k]->position[corner[k][j]]);
+    return n;
+}
+
+/* Computes all hits that wait in double and finds the nearest. */
+static void settle_all(Walk *w)
+{
+    const MeshPrim *mesh[WAITING + GROUP];
+    const uint32_t *corner[WAITING + GROUP];
+    uint32_t n = list_waiting(w, mesh, corner);
     Confirm q;
     for (uint32_t k = 0; k < n; k += DOUBLES) {
         uint32_t lanes = n - k < DOUBLES ? n - k : DOUBLES;
         for (uint32_t j = 0; j < DOUBLES; j++) {
             uint32_t at = k + (j < lanes ? j : 0);
-            put_ray(&q, j, w, lane[at]);
-            for (int c = 0; c < 3; c++) put3(q.corner[c], j, &of[at]->position[corner[at][c]]);
+            put_ray(&q, j, w, w->waiting[at].lane, w->waiting[at].object);
+            for (int c = 0; c < 3; c++) put3(q.corner[c], j, &mesh[at]->position[corner[at][c]]);
         }
         confirm_lanes(&q);
         for (uint32_t j = 0; j < lanes; j++) {
-            uint32_t i = lane[k + j];
-            w->hit[i] = (Hit){q.t[j], q.u[j], q.v[j], w->triangle[i], part_of(of[k + j], w->triangle[i]), w->object[i]};
+            const Waiting *at = &w->waiting[k + j];
+            Hit hit = {q.t[j], q.u[j], q.v[j], at->triangle, part_of(mesh[k + j], at->triangle), at->object};
+            if ((w->exact >> at->lane & 1) && !is_nearer(&hit, &w->hit[at->lane])) continue;
+            w->hit[at->lane] = hit;
+            w->exact |= (uint64_t)1 << at->lane;
         }
     }
 }
