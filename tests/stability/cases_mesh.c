@@ -398,13 +398,13 @@ static void bezout(Rng *rng, double *a, double *b, double *a2, double *b2)
     *b2 = (double)fx;
 }
 
-/* An edge that the ray passes at 2^-100 of its determinant's terms or less, which double-double doesn't tell from 0: with
+/* An edge that the ray passes at 2^-100 to 2^-150 of its determinant's terms, which double-double may not tell from 0: with
  * d = (a, b, 0), p - o = (k a, k b, s) and q - o = (a', b', r) it is s (a b' - b a'). */
 static Ray nearly_singular(Rng *rng, Vec3 v[3], int corner)
 {
     double a, b, a2, b2, k = 1 + rng_u32(rng) % 4;
     bezout(rng, &a, &b, &a2, &b2);
-    double s = ldexp(1 + rng_u32(rng), 17), r = ldexp(1 + rng_u32(rng), 17) + rng_u32(rng) % 0x20000;
+    double s = ldexp(1 + rng_u32(rng) % 8, (int)(rng_u32(rng) % 48)), r = ldexp(1 + rng_u32(rng), 17) + rng_u32(rng) % 0x20000;
     double o[3], d[3] = {a, b, 0}, p[3] = {k * a, k * b, s}, q[3] = {a2, b2, r};
     for (int i = 0; i < 3; i++) {
         o[i] = rng_u32(rng) % 1024;
