@@ -516,7 +516,8 @@ static const Subject SUBJECT[] = {
     {"cylinder", cylinder_truth, 0, cylinder_limb, {0, 0, 0}, M_SQRT2, {TEXTBOOK(cylinder), STABLE(cylinder), PROGRAM}},
     {"cone", cone_truth, 0, cone_limb, {0, -0.5, 0}, 1.12, {TEXTBOOK(cone), STABLE(cone), PROGRAM}},
     {"cube", cube_truth, 0, cube_limb, {0.5, 0.5, 0.5}, 0.87, {TEXTBOOK(cube), PROGRAM}},
-    {"torus", torus_truth, 0, torus_limb, {0, 0, 0}, 1 + MINOR, {TEXTBOOK(torus), {"stable double", DOUBLE_RAYS, run_stable_torus}, PROGRAM}},
+    {"torus", torus_truth, 0, torus_limb, {0, 0, 0}, 1 + MINOR,
+     {TEXTBOOK(torus), {"stable double", DOUBLE_RAYS, run_stable_torus}, PROGRAM}},
     {"triangle", triangle_truth, 0, triangle_limb, {0, 0, 0}, 1,
      {TEXTBOOK(triangle), {"Moeller-Trumbore float", FLOAT_RAYS, run_moeller_trumbore_float},
       {"Moeller-Trumbore double", DOUBLE_RAYS, run_moeller_trumbore_double}, {"one triangle", PROGRAM_RAYS, run_cut},
@@ -676,7 +677,8 @@ enum { TEXTBOOK_DOUBLE = 1 };   /* among a subject's forms */
 /* Rays from the `first` on, or a solver's polynomials. */
 static const char *input_at(const Rays *r, const Subject *s, Input input, int first)
 {
-    static const size_t RAY[] = {sizeof(Ray_float), sizeof(Ray_double), sizeof(Ray)}, POLY[] = {sizeof(Poly_float), sizeof(Poly_double)};
+    static const size_t RAY[] = {sizeof(Ray_float), sizeof(Ray_double), sizeof(Ray)};
+    static const size_t POLY[] = {sizeof(Poly_float), sizeof(Poly_double)};
     return (const char *)r->input[input] + (size_t)first * (s->truth ? RAY : POLY)[input];
 }
 

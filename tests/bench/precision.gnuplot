@@ -19,8 +19,9 @@ set ytics 1e4
 set mytics 4
 set grid lc rgb "#cccccc"
 unset key
+array place[8] = [0.04, 0.15, 0.27, 0.37, 0.48, 0.635, 0.8, 0.91]
 do for [i = 1:8] {
-    set label i word(forms, i) at screen 0.04 + 0.121 * (i - 1), screen 0.025 point pt mark[i] ps 1.2 lc rgb colour[i] \
+    set label i word(forms, i) at screen place[i], screen 0.025 point pt mark[i] ps 1.2 lc rgb colour[i] \
         textcolor rgb colour[i] offset character 1,0
 }
 set multiplot layout 4,4 margins 0.055,0.985,0.085,0.94 spacing 0.045,0.065 \

@@ -144,6 +144,6 @@ const StabilityCase camera_cases[] = {
     {1, "the same in pictures", "quad", "", PICTURES(11), PICTURES(154), PICTURES(1540), sphere_from_afar},
     {41, "fov 1e-9 ... 179.9999999, 1 x 1, 1 x 65,535", "quad", "", PICTURES(16), PICTURES(200), PICTURES(2000),
      fields_of_view},
-    {41, "up nearly parallel to view", "quad", "", PICTURES(15), PICTURES(150), PICTURES(1500), up_near_view},
+    {41, "up nearly parallel to view", "quad", "", PICTURES(17), PICTURES(150), PICTURES(1500), up_near_view},
     {0},
 };

@@ -139,7 +139,8 @@ static void judge_mountain(Row *row, Rng *rng, double roughness, uint32_t n)
         area += its;
         seen += its > STANDING * w * l;
     }
-    row_trial(row, seen == seen_faces && (lifts ? m->triangle_count == faces : m->triangle_count <= faces) && q_abs(area / 2 - (Quad)w * l) <= 64 * DBL_EPSILON * w * l,
+    bool all = seen == seen_faces && (lifts ? m->triangle_count == faces : m->triangle_count <= faces);
+    row_trial(row, all && q_abs(area / 2 - (Quad)w * l) <= 64 * DBL_EPSILON * w * l,
               "roughness %g, %u subdivisions: %u faces, %u seen, area %.17g of %.17g", roughness, n, m->triangle_count,
               (unsigned)seen, (double)area / 2, w * l);
     double greatest = -INFINITY;
