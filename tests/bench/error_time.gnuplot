@@ -62,7 +62,7 @@ plot NaN with linespoints @S1 title "rt, fixed samples (-s)", NaN with linespoin
 unset multiplot
 
 rods = "rods/rods"
-if (strstrt(" " . names . " ", " " . rods . " ") > 0) {
+if (has(rods, "fixed")) {
     reset
     set datafile separator ","
     set terminal kind size 760,480 font "sans,12" background "white"
