@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # How far the error that rt reports can be trusted: scenes x seeds x budgets, each picture's reported RMSE and 95 % interval
 # beside its true RMSE, which tests/bench/reference finds with plain random samples.
-#   tests/bench/calibration.sh [SCENE...]     SEEDS=10 SIZE=256x256 SAMPLES=256 (of each half of the reference)
+#   tests/bench/calibration.sh [SCENE...]     SEEDS=10 SIZE=256x256 SAMPLES=512 (of each half of the reference)
 # Budgets are 9 and 25 samples a pixel, and --error with 0.7 of what 25 samples give in that scene. References are kept
 # under build/calibration until the scene draws another picture. A table to standard output, a row for each run to
 # build/calibration.csv. Fails if the interval holds the truth in fewer than 90 or more than 99 % of all runs or in fewer
@@ -11,7 +11,7 @@
 # standard error, the last column, isn't small beside the interval, SAMPLES is too small.
 cd "$(dirname "$0")/../.." || exit 1
 rt=${RT:-./rt} reference=build/release/tests/bench/reference
-seeds=${SEEDS:-10} size=${SIZE:-256x256} samples=${SAMPLES:-256} out=build/calibration csv=build/calibration.csv
+seeds=${SEEDS:-10} size=${SIZE:-256x256} samples=${SAMPLES:-512} out=build/calibration csv=build/calibration.csv
 mkdir -p $out
 scenes=("$@")
 [ $# -gt 0 ] || scenes=(tests/golden/{phong,lights,light_inside,mirrors,mirror_depth,csg_union,csg_diff,csg_mesh,prim_torus}.lua
