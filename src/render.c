@@ -17,6 +17,7 @@ typedef struct {
     const RenderSettings *settings;
     void *film;
     ErrorMap *map;
+    ErrorMap guess;          /* what the audit's draws go by; nothing without an audit */
     uint32_t levels;
     double *level_error;     /* `levels` for each tile: sum of the pixels' squared errors with 2 << level samples */
     atomic_ullong clipped;
@@ -28,6 +29,7 @@ typedef struct {
 typedef struct {
     uint32_t share_a;
     double all[TILE_PIXELS][3];
+    double squares[TILE_PIXELS];                 /* of the samples, all channels */
     double part[2][TILE_PIXELS][3];
     double early[MAX_LEVELS][TILE_PIXELS][3];    /* what part[0] was after 1, 2, 4, ... samples */
     double *level_error;
@@ -60,6 +62,7 @@ static void take_tile(void *context, const SampleStream *stream)
         double *part = film->part[replicate][name->slot];
         for (int k = 0; k < 3; k++) {
             film->all[name->slot][k] += stream->colour[i][k];
+            film->squares[name->slot] += stream->colour[i][k] * stream->colour[i][k];
             part[k] += stream->colour[i][k];
         }
         if ((before & (before + 1)) == 0) take_level(film, name->slot, replicate, before + 1);
@@ -79,8 +82,7 @@ static double replicate_error(const TileFilm *film, uint32_t pixel, uint32_t sam
     return sum / 3 * (n_a * n_b / ((double)samples * samples));
 }
 
-/* Without replicates the audit's draws still need to know where errors are likely: how far a pixel is from its neighbours
- * in the tile. */
+/* How far a pixel's sum is from those of its neighbours in the tile, squared and summed. */
 static double contrast(const TileFilm *film, const TileRect *rect, uint32_t x, uint32_t y)
 {
     double sum = 0;
@@ -89,6 +91,31 @@ static double contrast(const TileFilm *film, const TileRect *rect, uint32_t x, u
         for (uint32_t i = x > 0 ? x - 1 : 0; i <= x + 1 && rect->x0 + i < rect->x1; i++)
             sum += squared_distance(film->all[j * TILE + i], own);
     return sum;
+}
+
+/* Where the audit should look: where the replicates differ, and where the pixel's samples do or its neighbours, as
+ * allocate.c has it. */
+static double guess_error(const TileFilm *film, const TileRect *rect, uint32_t x, uint32_t y, double n, double error)
+{
+    const double *sum = film->all[y * TILE + x];
+    double squares = film->squares[y * TILE + x] - (sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]) / n;
+    double spread = n > 1 ? fmax(squares, 0) / (3 * (n - 1)) : 0;
+    double floor = contrast(film, rect, x, y) / (3 * n * n) * 2 / ((n + 3) * (n + 3));
+    return error + fmax(spread, floor) / (n * sqrt(n));
+}
+
+static void put_guesses(Fixed *job, const TileFilm *film, uint32_t tile)
+{
+    TileRect r = tile_rect(&job->map->tiles, tile);
+    double sum = 0;
+    for (uint32_t y = r.y0; y < r.y1; y++)
+        for (uint32_t x = r.x0; x < r.x1; x++) {
+            double error = error_of_code(job->map->code[(size_t)y * job->map->tiles.width + x]);
+            double guess = guess_error(film, &r, x - r.x0, y - r.y0, job->settings->samples, error);
+            error_map_put(&job->guess, x, y, guess);
+            sum += guess;
+        }
+    job->guess.tile[tile].sum = sum;
 }
 
 static void write_tile(Fixed *job, const TileFilm *film, uint32_t tile)
@@ -101,12 +128,11 @@ static void write_tile(Fixed *job, const TileFilm *film, uint32_t tile)
         for (uint32_t x = r.x0; x < r.x1; x++) {
             uint32_t pixel = (y - r.y0) * TILE + (x - r.x0);
             size_t at = (size_t)y * job->map->tiles.width + x;
-            double mean[3], e;
+            double mean[3], e = 0;
             for (int k = 0; k < 3; k++) mean[k] = film->all[pixel][k] / (double)s->samples;
             film_put(s->format, s->srgb, job->film, at, mean);
             clipped += film_clips(mean);
-            if (s->samples == 1) e = contrast(film, &r, x - r.x0, y - r.y0);
-            else e = replicate_error(film, pixel, s->samples, &error.greatest);
+            if (s->samples > 1) e = replicate_error(film, pixel, s->samples, &error.greatest);
             error_map_put(job->map, x, y, e);
             if (s->reference) error.true_sum += true_error(mean, s->reference + 3 * at);
             error.sum += e;
@@ -125,6 +151,7 @@ static void tile_turn(void *context, uint32_t tile, SampleStream *stream, bool f
     film.share_a = sample_share_a(s->samples);
     film.level_error = job->level_error + (size_t)tile * job->levels;
     memset(film.all, 0, sizeof film.all);
+    memset(film.squares, 0, sizeof film.squares);
     memset(film.part, 0, sizeof film.part);
     stream_set_taker(stream, take_tile, &film);
     for (uint32_t k = 0; k < TILE_PIXELS; k++) {
@@ -134,6 +161,7 @@ static void tile_turn(void *context, uint32_t tile, SampleStream *stream, bool f
     }
     stream_flush(stream);
     write_tile(job, &film, tile);
+    if (s->audits) put_guesses(job, &film, tile);
     if (first && s->progress) s->progress(s->progress_context, (double)tile / job->map->tiles.count);
 }
 
@@ -186,7 +214,7 @@ static bool audit_fixed(Fixed *job, Crew *crew, RenderStats *stats, MeanSquare *
     job->draws = audit_size(pixels * s->samples, s->samples + 2.0 * each);
     job->draw = malloc(job->draws * sizeof *job->draw);
     if (!job->draw) return err_memory(err, "the audit");
-    audit_pick(job->map, s->seed, 0, job->draw, job->draws);
+    audit_pick(&job->guess, s->seed, 0, job->draw, job->draws);
     for (uint32_t i = 0; i < job->draws; i++) {
         job->draw[i].samples = each;
         job->draw[i].picture_samples = s->samples;
@@ -277,9 +305,11 @@ static bool render_fixed(Crew *crew, const RenderSettings *s, void *film, Render
     while (2u << job.levels <= s->samples) job.levels++;
     job.level_error = calloc((size_t)job.map->tiles.count * job.levels + 1, sizeof *job.level_error);
     if (!job.level_error) return err_memory(err, "the curve of error");
-    bool ok = crew_run(crew, job.map->tiles.count, tile_turn, &job, err);
+    bool ok = (!s->audits || error_map_create(&job.guess, job.map->tiles.width, job.map->tiles.height, err)) &&
+              crew_run(crew, job.map->tiles.count, tile_turn, &job, err);
     *stats = crew_take_stats(crew);
     ok = ok && judge_fixed(&job, &begin, crew, stats, outcome, err);
+    error_map_destroy(&job.guess);
     free(job.level_error);
     return ok;
 }

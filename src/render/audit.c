@@ -186,12 +186,16 @@ MeanSquare replicate_mean_square(const TileError *sum, uint64_t pixels)
 #define CONTRADICTION 0.01
 
 /* Given the picture, the replicates' sum over all pixels has the smaller spread, the audit's mean is right whatever the
- * replicates have in common. Each counts by its inverse variance. */
+ * replicates have in common. Each counts by its inverse variance; the audit's is that of its relative deviation, as an
+ * audit that finds little by chance finds its spread small too and would get too much weight. */
 MeanSquare agreed_mean_square(MeanSquare audit, MeanSquare replicates)
 {
-    double mine = audit.deviation * audit.deviation, doubt = REPLICATE_DOUBT * replicates.mean;
+    double doubt = REPLICATE_DOUBT * replicates.mean;
     double its = replicates.deviation * replicates.deviation + doubt * doubt;
-    if (fabs(audit.mean - replicates.mean) > normal_quantile(CONTRADICTION) * sqrt(mine + its)) return audit;
+    double deviation = audit.mean > 0 ? audit.deviation / audit.mean * replicates.mean : audit.deviation;
+    double mine = deviation * deviation;
+    double apart = fabs(audit.mean - replicates.mean);
+    if (apart > normal_quantile(CONTRADICTION) * hypot(fmax(audit.deviation, deviation), sqrt(its))) return audit;
     if (!(mine + its > 0)) return audit;
     return (MeanSquare){(audit.mean * its + replicates.mean * mine) / (mine + its), sqrt(mine * its / (mine + its))};
 }
