@@ -9,12 +9,14 @@ method_2 = "#a6336c"
 floor_error = 1 / (255 * sqrt(12))
 names = system("cut -d, -f1 " . csv . " | tail -n +2 | uniq")
 count = words(names)
-# The rows of a curve in order of time, so that lines join neighbours.
-rows(scene, program) = sprintf("< grep '^%s,%s,' %s | sort -t, -g -k4,4", scene, program, csv)
+# The rows of a curve in order of time, so that lines join neighbours; without those whose error is known to no better than
+# 10 %.
+known = "awk -F, '$7 < 0.1 * $6'"
+rows(scene, program) = sprintf("< grep '^%s,%s,' %s | %s | sort -t, -g -k4,4", scene, program, csv, known)
 
 has(scene, program) = system(sprintf("grep -c '^%s,%s,' %s", scene, program, csv)) > 0
-least(scene) = system(sprintf("grep '^%s,' %s | cut -d, -f4 | sort -g | head -n 1", scene, csv)) * 0.7
-most(scene) = system(sprintf("grep '^%s,' %s | cut -d, -f4 | sort -g | tail -n 1", scene, csv)) * 1.4
+least(scene) = system(sprintf("grep '^%s,' %s | %s | cut -d, -f4 | sort -g | head -n 1", scene, csv, known)) * 0.7
+most(scene) = system(sprintf("grep '^%s,' %s | %s | cut -d, -f4 | sort -g | tail -n 1", scene, csv, known)) * 1.4
 
 set logscale xy
 set format "10^{%L}"
