@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "common/cpu.h"
+#include "render/adaptive.h"
 #include "render/audit.h"
 #include "render/crew.h"
 #include "render/sample.h"
@@ -16,6 +17,7 @@ typedef struct {
     const RenderSettings *settings;
     void *film;
     ErrorMap *map;
+    ErrorMap guess;          /* what the audit's draws go by; nothing without an audit */
     uint32_t levels;
     double *level_error;     /* `levels` for each tile: sum of the pixels' squared errors with 2 << level samples */
     atomic_ullong clipped;
@@ -27,6 +29,7 @@ typedef struct {
 typedef struct {
     uint32_t share_a;
     double all[TILE_PIXELS][3];
+    double squares[TILE_PIXELS];                 /* of the samples, all channels */
     double part[2][TILE_PIXELS][3];
     double early[MAX_LEVELS][TILE_PIXELS][3];    /* what part[0] was after 1, 2, 4, ... samples */
     double *level_error;
@@ -45,7 +48,8 @@ static void take_level(TileFilm *film, uint32_t pixel, int replicate, uint32_t c
     int level = 0;
     while (1u << level < count) level++;
     if (replicate == 0) memcpy(film->early[level][pixel], film->part[0][pixel], sizeof film->early[level][pixel]);
-    else film->level_error[level] += squared_distance(film->early[level][pixel], film->part[1][pixel]) / (12.0 * count * count);
+    else
+        film->level_error[level] += squared_distance(film->early[level][pixel], film->part[1][pixel]) / 12 / count / count;
 }
 
 static void take_tile(void *context, const SampleStream *stream)
@@ -58,6 +62,7 @@ static void take_tile(void *context, const SampleStream *stream)
         double *part = film->part[replicate][name->slot];
         for (int k = 0; k < 3; k++) {
             film->all[name->slot][k] += stream->colour[i][k];
+            film->squares[name->slot] += stream->colour[i][k] * stream->colour[i][k];
             part[k] += stream->colour[i][k];
         }
         if ((before & (before + 1)) == 0) take_level(film, name->slot, replicate, before + 1);
@@ -77,8 +82,7 @@ static double replicate_error(const TileFilm *film, uint32_t pixel, uint32_t sam
     return sum / 3 * (n_a * n_b / ((double)samples * samples));
 }
 
-/* Without replicates the audit's draws still need to know where errors are likely: how far a pixel is from its neighbours
- * in the tile. */
+/* How far a pixel's sum is from those of its neighbours in the tile, squared and summed. */
 static double contrast(const TileFilm *film, const TileRect *rect, uint32_t x, uint32_t y)
 {
     double sum = 0;
@@ -89,11 +93,29 @@ static double contrast(const TileFilm *film, const TileRect *rect, uint32_t x, u
     return sum;
 }
 
-static bool is_clipped(const double colour[3])
+/* Where the audit should look: where the replicates differ, and where the pixel's samples do or its neighbours, as
+ * allocate.c has it. */
+static double guess_error(const TileFilm *film, const TileRect *rect, uint32_t x, uint32_t y, double n, double error)
 {
-    bool clipped = false;
-    for (int k = 0; k < 3; k++) clipped |= colour[k] < 0 || colour[k] > 1;
-    return clipped;
+    const double *sum = film->all[y * TILE + x];
+    double squares = film->squares[y * TILE + x] - (sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]) / n;
+    double spread = n > 1 ? fmax(squares, 0) / (3 * (n - 1)) : 0;
+    double floor = contrast(film, rect, x, y) / (3 * n * n) * 2 / ((n + 3) * (n + 3));
+    return error + fmax(spread, floor) / (n * sqrt(n));
+}
+
+static void put_guesses(Fixed *job, const TileFilm *film, uint32_t tile)
+{
+    TileRect r = tile_rect(&job->map->tiles, tile);
+    double sum = 0;
+    for (uint32_t y = r.y0; y < r.y1; y++)
+        for (uint32_t x = r.x0; x < r.x1; x++) {
+            double error = error_of_code(job->map->code[(size_t)y * job->map->tiles.width + x]);
+            double guess = guess_error(film, &r, x - r.x0, y - r.y0, job->settings->samples, error);
+            error_map_put(&job->guess, x, y, guess);
+            sum += guess;
+        }
+    job->guess.tile[tile].sum = sum;
 }
 
 static void write_tile(Fixed *job, const TileFilm *film, uint32_t tile)
@@ -105,13 +127,14 @@ static void write_tile(Fixed *job, const TileFilm *film, uint32_t tile)
     for (uint32_t y = r.y0; y < r.y1; y++)
         for (uint32_t x = r.x0; x < r.x1; x++) {
             uint32_t pixel = (y - r.y0) * TILE + (x - r.x0);
-            double mean[3], e;
+            size_t at = (size_t)y * job->map->tiles.width + x;
+            double mean[3], e = 0;
             for (int k = 0; k < 3; k++) mean[k] = film->all[pixel][k] / (double)s->samples;
-            film_put(s->format, s->srgb, job->film, (size_t)y * job->map->tiles.width + x, mean);
-            clipped += is_clipped(mean);
-            if (s->samples == 1) e = contrast(film, &r, x - r.x0, y - r.y0);
-            else e = replicate_error(film, pixel, s->samples, &error.greatest);
+            film_put(s->format, s->srgb, job->film, at, mean);
+            clipped += film_clips(mean);
+            if (s->samples > 1) e = replicate_error(film, pixel, s->samples, &error.greatest);
             error_map_put(job->map, x, y, e);
+            if (s->reference) error.true_sum += true_error(mean, s->reference + 3 * at);
             error.sum += e;
             error.squares += e * e;
         }
@@ -128,6 +151,7 @@ static void tile_turn(void *context, uint32_t tile, SampleStream *stream, bool f
     film.share_a = sample_share_a(s->samples);
     film.level_error = job->level_error + (size_t)tile * job->levels;
     memset(film.all, 0, sizeof film.all);
+    memset(film.squares, 0, sizeof film.squares);
     memset(film.part, 0, sizeof film.part);
     stream_set_taker(stream, take_tile, &film);
     for (uint32_t k = 0; k < TILE_PIXELS; k++) {
@@ -137,6 +161,7 @@ static void tile_turn(void *context, uint32_t tile, SampleStream *stream, bool f
     }
     stream_flush(stream);
     write_tile(job, &film, tile);
+    if (s->audits) put_guesses(job, &film, tile);
     if (first && s->progress) s->progress(s->progress_context, (double)tile / job->map->tiles.count);
 }
 
@@ -181,22 +206,22 @@ static uint32_t power_below(uint32_t n)
     return power;
 }
 
-static bool audit_fixed(Fixed *job, Crew *crew, RenderStats *stats, Estimate *estimate, Err *err)
+static bool audit_fixed(Fixed *job, Crew *crew, RenderStats *stats, MeanSquare *square, bool *agrees, Err *err)
 {
     const RenderSettings *s = job->settings;
     uint64_t pixels = picture_pixels(job->map);
-    job->draws = audit_size(pixels);
+    uint32_t each = power_below(sample_share_a(s->samples));
+    job->draws = audit_size(pixels * s->samples, s->samples + 2.0 * each);
     job->draw = malloc(job->draws * sizeof *job->draw);
     if (!job->draw) return err_memory(err, "the audit");
-    audit_pick(job->map, s->seed, 0, job->draw, job->draws);
+    audit_pick(&job->guess, s->seed, 0, job->draw, job->draws);
     for (uint32_t i = 0; i < job->draws; i++) {
-        job->draw[i].samples = power_below(sample_share_a(s->samples));
+        job->draw[i].samples = each;
         job->draw[i].picture_samples = s->samples;
     }
     bool ok = crew_run(crew, (job->draws + TURN_DRAWS - 1) / TURN_DRAWS, audit_turn, job, err);
-    *estimate = audit_estimate(job->draw, job->draws, ERROR_ALPHA);
-    if (error_map_sum(job->map).sum == 0 && audit_agrees(job->draw, job->draws))
-        estimate->high = audit_unseen(pixels, s->samples, ERROR_ALPHA);
+    *square = audit_mean_square(job->draw, job->draws);
+    *agrees = audit_agrees(job->draw, job->draws);
     free(job->draw);
     RenderStats fresh = crew_take_stats(crew);
     stats->audit_rays = stats_rays(&fresh);
@@ -218,7 +243,8 @@ static bool add_levels(const Fixed *job, const CurvePoint *begin, const CurvePoi
     uint32_t samples = job->settings->samples;
     for (uint32_t level = 0; level < job->levels && 2u << level < samples; level++) {
         double part = (double)(2u << level) / samples, sum = 0;
-        for (uint32_t tile = 0; tile < job->map->tiles.count; tile++) sum += job->level_error[(size_t)tile * job->levels + level];
+        for (uint32_t tile = 0; tile < job->map->tiles.count; tile++)
+            sum += job->level_error[(size_t)tile * job->levels + level];
         CurvePoint point = {
             .wall_s = begin->wall_s + part * (end->wall_s - begin->wall_s),
             .cpu_s = begin->cpu_s + part * (end->cpu_s - begin->cpu_s),
@@ -233,7 +259,8 @@ static bool add_levels(const Fixed *job, const CurvePoint *begin, const CurvePoi
     return true;
 }
 
-static bool judge_fixed(Fixed *job, const CurvePoint *begin, Crew *crew, RenderStats *stats, RenderOutcome *outcome, Err *err)
+static bool judge_fixed(Fixed *job, const CurvePoint *begin, Crew *crew, RenderStats *stats, RenderOutcome *outcome,
+                        Err *err)
 {
     const RenderSettings *s = job->settings;
     bool has_replicates = s->samples > 1;
@@ -242,24 +269,27 @@ static bool judge_fixed(Fixed *job, const CurvePoint *begin, Crew *crew, RenderS
     CurvePoint point = {.predicted = NAN, .greatest_diff = NAN, .audited = s->audits, .rays = stats_rays(stats)};
     note_time(&point, s);
     if (!add_levels(job, begin, &point, outcome, err)) return false;
-    outcome->rmse = (Estimate){NAN, NAN, NAN};
+    MeanSquare square = {NAN, NAN};
+    bool agrees = sum.sum == 0;
     if (has_replicates) {
-        const double share[2] = {0.5, 0.99};
-        double error[2];
-        if (!error_map_quantiles(job->map, share, error, 2, err)) return false;
-        outcome->has_pixel_error = true;
-        outcome->median_error = error[0];
-        outcome->p99_error = error[1];
-        outcome->rmse = replicate_estimate(&sum, pixels, ERROR_ALPHA);
-        if (sum.sum == 0) outcome->rmse.high = audit_unseen(pixels, s->samples, ERROR_ALPHA);
-        point.predicted = outcome->rmse.value;
+        if (!outcome_set_pixel_error(outcome, err)) return false;
+        square = replicate_mean_square(&sum, pixels);
+        point.predicted = sqrt(square.mean);
         point.greatest_diff = sum.greatest;
     }
     if (s->audits) {
-        if (!audit_fixed(job, crew, stats, &point.audit, err)) return false;
-        outcome->rmse = point.audit;
+        MeanSquare audited;
+        bool fresh_agree = false;
+        if (!audit_fixed(job, crew, stats, &audited, &fresh_agree, err)) return false;
+        agrees = agrees && fresh_agree;
+        point.audit = root_estimate(audited, ERROR_ALPHA);
+        square = has_replicates ? agreed_mean_square(audited, square) : audited;
     }
+    outcome->rmse = root_estimate(square, ERROR_ALPHA);
+    if (agrees && (has_replicates || s->audits))
+        point.audit.high = outcome->rmse.high = audit_unseen(pixels, s->samples, ERROR_ALPHA);
     outcome->clipped = job->clipped;
+    outcome_set_true_error(outcome, s);
     note_time(&point, s);
     point.rays += stats->audit_rays;
     point.samples = stats->samples;
@@ -275,9 +305,11 @@ static bool render_fixed(Crew *crew, const RenderSettings *s, void *film, Render
     while (2u << job.levels <= s->samples) job.levels++;
     job.level_error = calloc((size_t)job.map->tiles.count * job.levels + 1, sizeof *job.level_error);
     if (!job.level_error) return err_memory(err, "the curve of error");
-    bool ok = crew_run(crew, job.map->tiles.count, tile_turn, &job, err);
+    bool ok = (!s->audits || error_map_create(&job.guess, job.map->tiles.width, job.map->tiles.height, err)) &&
+              crew_run(crew, job.map->tiles.count, tile_turn, &job, err);
     *stats = crew_take_stats(crew);
     ok = ok && judge_fixed(&job, &begin, crew, stats, outcome, err);
+    error_map_destroy(&job.guess);
     free(job.level_error);
     return ok;
 }
@@ -293,7 +325,8 @@ bool render(const World *world, const RenderSettings *settings, void *film, Rend
     uint32_t tiles = outcome->map.tiles.count, threads = settings->threads < tiles ? settings->threads : tiles;
     bool ok = crew_create(&crew, world, settings, threads, err);
     if (ok) {
-        ok = render_fixed(&crew, settings, film, stats, outcome, err);
+        ok = settings->samples ? render_fixed(&crew, settings, film, stats, outcome, err)
+                               : render_adaptive(&crew, settings, film, stats, outcome, err);
         stats->threads = crew.threads;
         crew_destroy(&crew);
     }

@@ -20,8 +20,9 @@ typedef struct {
     double fresh[2][3];      /* sums of r1 and r2 */
 } AuditDraw;
 
-/* How many pixels are drawn for a picture: even, few beside its samples, enough for the interval. */
-uint32_t audit_size(uint64_t pixels);
+/* How many pixels are drawn for a picture of so many samples, if a draw takes `each`: even, few beside the picture's,
+ * enough for an interval. */
+uint32_t audit_size(uint64_t samples, double each);
 
 /* Draws `count` pixels, in the order of the tiles: fills their x, y and weight. The numbers depend on seed and look. */
 void audit_pick(const ErrorMap *map, uint64_t seed, uint32_t look, AuditDraw *draw, uint32_t count);
@@ -30,11 +31,22 @@ void audit_pick(const ErrorMap *map, uint64_t seed, uint32_t look, AuditDraw *dr
 void audit_add_fresh(SampleStream *stream, AuditDraw *draw, uint32_t i, uint64_t seed, uint32_t look);
 StreamTaker audit_take_fresh;
 
-/* RMSE and its interval that fails with probability `alpha`. */
-Estimate audit_estimate(const AuditDraw *draw, uint32_t count, double alpha);
+/* A mean squared error and its standard error. */
+typedef struct { double mean, deviation; } MeanSquare;
 
-/* The same by the replicates alone, for `pixels` pixels whose errors add up to *sum. */
-Estimate replicate_estimate(const TileError *sum, uint64_t pixels, double alpha);
+MeanSquare audit_mean_square(const AuditDraw *draw, uint32_t count);
+
+/* By the replicates, for `pixels` pixels whose errors add up to *sum: right if both are unbiased and independent. */
+MeanSquare replicate_mean_square(const TileError *sum, uint64_t pixels);
+
+/* Both together, or the audit's alone where they contradict each other. */
+MeanSquare agreed_mean_square(MeanSquare audit, MeanSquare replicates);
+
+/* RMSE and its interval that fails with probability `alpha`. */
+Estimate root_estimate(MeanSquare square, double alpha);
+
+/* The z with which a normal variable lies outside [-z, z] with probability alpha, in (0,1). */
+double normal_quantile(double alpha);
 
 /* What can have been missed where every sample of every pixel agreed: with probability 1 - alpha the RMSE is at most
  * this. Let pixels have areas k that no sample met and that differ by 1, as white does from black; n samples a pixel miss

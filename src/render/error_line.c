@@ -34,5 +34,6 @@ void error_line(const RenderOutcome *o, double wall_s, double cpu_s, double rend
                           places(wall_s), wall_s, places(cpu_s), cpu_s);
     if (!(e->value > 0) || length < 0 || (size_t)length >= size) return;
     double longer_s = wall_s + render_s * (pow(2, 1 / slope(o)) - 1);
-    snprintf(text + length, size - (size_t)length, "; %.2g would take about %.*f s", e->value / 2, places(longer_s), longer_s);
+    snprintf(text + length, size - (size_t)length, "; %.2g would take about %.*f s", e->value / 2, places(longer_s),
+             longer_s);
 }

@@ -24,6 +24,7 @@ TileError error_map_sum(const ErrorMap *map)
     for (uint32_t i = 0; i < map->tiles.count; i++) {
         all.sum += map->tile[i].sum;
         all.squares += map->tile[i].squares;
+        all.true_sum += map->tile[i].true_sum;
         all.greatest = fmax(all.greatest, map->tile[i].greatest);
     }
     return all;

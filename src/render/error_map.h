@@ -15,6 +15,7 @@ typedef struct {
     double sum;          /* of their squared errors, each the mean over the channels */
     double squares;      /* of the squares of those */
     double greatest;     /* |A - B| of a channel */
+    double true_sum;     /* of the squared errors against the reference, each the mean over the channels */
 } TileError;
 
 typedef struct {
@@ -56,6 +57,14 @@ void error_map_destroy(ErrorMap *map);
 static inline void error_map_put(ErrorMap *map, uint32_t x, uint32_t y, double squared)
 {
     map->code[(size_t)y * map->tiles.width + x] = error_code(squared);
+}
+
+/* The squared error of a pixel's colour against the true one, 3 floats. */
+static inline double true_error(const double colour[3], const float *reference)
+{
+    double sum = 0;
+    for (int k = 0; k < 3; k++) sum += (colour[k] - (double)reference[k]) * (colour[k] - (double)reference[k]);
+    return sum / 3;
 }
 
 /* The tiles together, summed in their order. */

@@ -5,6 +5,7 @@
 #include "common/err.h"
 #include "render/error_map.h"
 #include "render/error_report.h"
+#include "render/settings.h"
 #include "render/stats.h"
 
 /* Intervals hold with all but this probability. */
@@ -17,12 +18,19 @@ typedef struct {
     bool has_pixel_error;        /* the map holds the squared error of each pixel */
     double median_error, p99_error;
     ErrorMap map;
+    double true_rmse;            /* against the reference; NAN without one */
     uint64_t clipped;            /* pixels with a channel outside [0,1] */
     bool ended_by_clock;         /* the deadline came before the goal, or there was none */
 } RenderOutcome;
 
 /* A point on the curve. False and *err without memory. */
 bool outcome_add_point(RenderOutcome *outcome, const CurvePoint *point, Err *err);
+
+/* Sets true_rmse from the map. */
+void outcome_set_true_error(RenderOutcome *outcome, const RenderSettings *settings);
+
+/* Median and 99th percentile, from the map. False and *err without memory. */
+bool outcome_set_pixel_error(RenderOutcome *outcome, Err *err);
 
 void outcome_destroy(RenderOutcome *outcome);
 

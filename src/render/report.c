@@ -41,8 +41,12 @@ void report_summary(const RenderReport *r, char *text, size_t size)
     uint64_t count = all_rays(&r->render);
     char rays[32];
     format_count(count, rays, sizeof rays);
-    snprintf(text, size, "%s: %" PRIu32 " x %" PRIu32 ", %" PRIu32 " sample%s, %s ray%s in %.*f s (CPU %.*f s), %" PRIu32
-             " thread%s", r->file, r->width, r->height, r->samples, r->samples == 1 ? "" : "s", rays,
+    char samples[32];
+    double pixels = (double)r->width * r->height;
+    if (r->samples) snprintf(samples, sizeof samples, "%" PRIu32, r->samples);
+    else snprintf(samples, sizeof samples, "%.1f", (double)r->render.samples / pixels);
+    snprintf(text, size, "%s: %" PRIu32 " x %" PRIu32 ", %s sample%s, %s ray%s in %.*f s (CPU %.*f s), %" PRIu32
+             " thread%s", r->file, r->width, r->height, samples, r->samples == 1 ? "" : "s", rays,
              count == 1 ? "" : "s", wall_s < 1 ? 2 : 1, wall_s, cpu_s < 1 ? 2 : 1, cpu_s, r->render.threads,
              r->render.threads == 1 ? "" : "s");
 }

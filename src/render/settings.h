@@ -17,6 +17,7 @@ typedef struct {
     double error_goal;          /* RMSE whose 95 % interval ends here or below; 0: none */
     double start_s, deadline_s; /* by cpu_wall_s: when the process began, and when it must end; 0: no such limit */
     bool audits;                /* measure the error by fresh samples */
+    const float *reference;     /* the same part of the picture as it should be, linear, 3 a pixel; NULL: not known */
     bool has_background;
     Rgb background;             /* otherwise the gradient */
     FilmFormat format;

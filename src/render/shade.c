@@ -276,8 +276,7 @@ static inline __attribute__((always_inline)) void shade(const World *world, Shad
                 s->path[n++] = (Path){point->path.slot, point->path.weight, point->material->mirror, point->sum};
             } else {
                 add_colour(colour[point->path.slot], point->path.weight, point->sum);
-                if (features & FEATURE_MIRROR)
-                    stats->dropped += (uint64_t)ceilf(point->path.weight * point->material->mirror * (float)(1 / WEIGHT_UNIT));
+                if (features & FEATURE_MIRROR) stats->dropped += weight_units(point->path.weight * point->material->mirror);
             }
         }
         stats->mirror_rays += n;

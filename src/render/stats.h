@@ -2,6 +2,7 @@
 #ifndef RT_RENDER_STATS_H
 #define RT_RENDER_STATS_H
 
+#include <math.h>
 #include <stdint.h>
 
 /* Weights of paths are summed in integers of this step, so that the sum doesn't depend on the order. */
@@ -19,6 +20,9 @@ typedef struct {
     uint32_t first_total;        /* among so many samples */
     double wall_s, cpu_s;
 } RenderStats;
+
+/* Rounded up: what is summed is a bound. */
+static inline uint64_t weight_units(float weight) { return (uint64_t)ceilf(weight * (float)(1 / WEIGHT_UNIT)); }
 
 static inline uint64_t stats_rays(const RenderStats *s) { return s->camera_rays + s->shadow_rays + s->mirror_rays; }
 

@@ -79,7 +79,8 @@ void stats_add(RenderStats *sum, const RenderStats *s)
 void stream_flush(SampleStream *s)
 {
     if (s->count == 0) return;
-    shade_stream(s->world, s->shader, s->ray, s->missed, s->count, s->settings->max_depth, s->colour, &s->stats, &s->scratch);
+    shade_stream(s->world, s->shader, s->ray, s->missed, s->count, s->settings->max_depth, s->colour, &s->stats,
+                 &s->scratch);
     for (uint32_t i = 0; i < s->count; i++) {
         double *c = s->colour[i];
         if (isfinite(c[0] + c[1] + c[2])) continue;
