@@ -191,7 +191,7 @@ static void leaving_rays_are_free(void **state)
         Hit hit;
         if (!p->ops->intersect(p, &ray, &hit, scratch)) continue;
         Surface s;
-        p->ops->surface(p, &ray, &hit, &s);
+        p->ops->surface(p, &ray, &hit, true, &s);
         Vec3 n = vec3_normalize(s.n), d = random_vector(&rng);
         if (vec3_dot(d, n) < 0) d = vec3_neg(d);
         if (i % 2) d = vec3_sub(d, vec3_scale(n, vec3_dot(d, n) * (1 - 1e-9)));  /* grazing */

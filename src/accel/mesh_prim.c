@@ -232,7 +232,7 @@ static bool interpolated_normal(const Mesh *mesh, uint32_t triangle, const doubl
     return vec3_max(vec3_abs(sum)) > 0;
 }
 
-static void mesh_surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *s)
+static void mesh_surface(const Prim *prim, const Ray *ray, const Hit *hit, bool uv, Surface *s)
 {
     (void)ray;
     const MeshPrim *mesh = (const MeshPrim *)prim;
@@ -253,7 +253,8 @@ static void mesh_surface(const Prim *prim, const Ray *ray, const Hit *hit, Surfa
     s->plane = true;
     const MeshPart *source = &mesh->source[hit->leaf];
     uint32_t triangle = hit->part - source->first;
-    texture_uv(source->mesh, triangle, w, &s->u, &s->v);
+    s->u = s->v = 0;
+    if (uv) texture_uv(source->mesh, triangle, w, &s->u, &s->v);
     if (!interpolated_normal(source->mesh, triangle, w, &s->ns))
         s->ns = s->n;
     else if (mesh->baked)

@@ -749,8 +749,8 @@ static uint32_t box_alone(const Bundle *b, const Box *bounds, Stretch *in_box)
 }
 
 /* Tori of these minor radii and rays from within this many radii have f = (|p|^2 + 1 - m^2)^2 - 4 (x^2 + z^2) of moderate
- * size in the box, where |p| is at most 4.7: |grad f| is below 600, the ends of a stretch are off by 8 u (reach + 8) in each
- * coordinate, the sums by 32 u of terms below 600. */
+ * size in the box, where |p| is at most 4.7: |grad f| is below 600, the ends of a stretch are off by 8 u (reach + 8) in
+ * each coordinate, the sums by 32 u of terms below 600. */
 #define TORUS_MINOR_GREATEST 2.0
 #define TORUS_REACH 0x1p10
 #define TORUS_DOUBT 0x1p-36
@@ -785,7 +785,8 @@ static uint32_t torus_alone(const Bundle *b, const Prim *prim)
     }
     if (b->any && minor <= 1) {
         Doubles g = (g0 + two * g1 + g2) * doubles_set(0.25), half_way = g * g - (w0 + two * w1 + w2);
-        Doubles end = doubles_of_floats(b->w->space.end_down + b->at), t = (in_box.near + in_box.far) * doubles_set(0.5);
+        Doubles end = doubles_of_floats(b->w->space.end_down + b->at);
+        Doubles t = (in_box.near + in_box.far) * doubles_set(0.5);
         blocked = rays & outside & below(half_way, -doubt) & below(t, end);
         b->w->alive &= ~((uint64_t)blocked << b->at);
     }

@@ -110,9 +110,10 @@ static inline __attribute__((always_inline)) void make_point(const World *world,
         local.o = affine_point(&object->to_object, ray->o);
         local.d = affine_vector(&object->to_object, ray->d);
     }
-    Surface s = {.plane = false};
-    object->prim->ops->surface(object->prim, &local, hit, &s);
     const Shading *shading = &world->shadings[object->shading + hit->leaf];
+    bool uv = ((features & FEATURE_TEXTURE) && shading->texture) || ((features & FEATURE_BUMP) && shading->bump);
+    Surface s = {.plane = false};
+    object->prim->ops->surface(object->prim, &local, hit, uv, &s);
     point->material = shading->material;
     point->kd = shading->material->kd;
     if ((features & FEATURE_TEXTURE) && shading->texture) {

@@ -489,7 +489,7 @@ static void eye_in_difference(Row *row, uint64_t trials)
                 bool on_surface = i % 2 && prim->ops->intersect(prim, &ray, &hit, &solid_scratch);
                 double side = 1;
                 if (on_surface) {
-                    prim->ops->surface(prim, &ray, &hit, &s);
+                    prim->ops->surface(prim, &ray, &hit, true, &s);
                     Vec3 n = vec3_normalize(s.n);
                     d = solid_random_point(&rng, 1);
                     side = vec3_dot(d, n) < 0 ? -1 : 1;  /* into the solid, or away from it */

@@ -505,7 +505,7 @@ static void check_place(Row *row, const Mesh *mesh, const Prim *prim, const Ray 
     /* the point: on the plane within its bound, that being some roundings of the triangle's coordinates */
     Hit hit = {.t = edge->t, .u = edge->u, .v = edge->v, .part = edge->part};
     Surface s;
-    prim->ops->surface(prim, ray, &hit, &s);
+    prim->ops->surface(prim, ray, &hit, true, &s);
     Quad n[3] = {truth.n[0], truth.n[1], truth.n[2]}, height = 0, allowed = 0;
     for (int i = 0; i < 3; i++) {
         height += n[i] * ((Quad)vec3_get(s.p, i) - vec3_get(v[0], i));
@@ -636,7 +636,7 @@ static void fine_detail(Row *row, uint64_t trials)
             Hit hit;
             bool stopped = prim->ops->intersect(prim, &ray, &hit, &scratch), ground = stopped && hit.part <= 1;
             Surface s = {0};
-            if (stopped) prim->ops->surface(prim, &ray, &hit, &s);
+            if (stopped) prim->ops->surface(prim, &ray, &hit, true, &s);
             double ulp = nextafter((double)t, INFINITY) - (double)t;
             bool tight = stopped && (ground ? !box_surely && s.p.y == 0 && q_abs(hit.t - t) <= T_ULPS * (Quad)ulp &&
                                                   q_abs(s.p.x - truth[0]) <= tolerance && q_abs(s.p.z - truth[2]) <= tolerance

@@ -138,7 +138,7 @@ static void from_the_surface(Row *row, uint64_t trials)
             Hit hit, other;
             if (!subject_hit(&s, &ray, &hit)) continue;
             Surface at;
-            s.prim->ops->surface(s.prim, &ray, &hit, &at);
+            s.prim->ops->surface(s.prim, &ray, &hit, true, &at);
             Quad p[3] = {at.p.x, at.p.y, at.p.z}, n[3];
             true_normal(&s, p, n);
             double slope = vec3_dot(d, at.n) / vec3_length(at.n);
@@ -204,8 +204,8 @@ static void lengthened(Row *row, Subject *s, const Ray *ray, int e, uint64_t see
     Surface p, q;
     bool found = subject_hit(s, ray, &a), same = subject_hit(s, &other, &b) == found;
     if (found && same) {
-        s->prim->ops->surface(s->prim, ray, &a, &p);
-        s->prim->ops->surface(s->prim, &other, &b, &q);
+        s->prim->ops->surface(s->prim, ray, &a, true, &p);
+        s->prim->ops->surface(s->prim, &other, &b, true, &q);
         same = same_point(&p, &q) && ldexp(a.t, -e) == b.t && ldexp(a.u, -e) == b.u;
     }
     row_trial(row, same, "%s: 2^%d, seed %llu", subject_name(s), e, (unsigned long long)seed);

@@ -670,7 +670,7 @@ static bool csg_segments(const Prim *prim, const Ray *ray, SegList *list)
     return true;
 }
 
-static void csg_surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *surface)
+static void csg_surface(const Prim *prim, const Ray *ray, const Hit *hit, bool uv, Surface *surface)
 {
     const Csg *csg = (const Csg *)prim;
     const CsgLeaf *leaf = &csg->leaf[hit->leaf];
@@ -683,7 +683,7 @@ static void csg_surface(const Prim *prim, const Ray *ray, const Hit *hit, Surfac
     Hit leaf_hit = *hit;
     leaf_hit.t -= shift;
     leaf_hit.leaf = 0;
-    leaf->prim->ops->surface(leaf->prim, &in_leaf, &leaf_hit, surface);
+    leaf->prim->ops->surface(leaf->prim, &in_leaf, &leaf_hit, uv, surface);
     if (!leaf->identity) {
         surface->p_err = affine_point_error(&leaf->to_csg, surface->p, surface->p_err);
         surface->p = affine_point(&leaf->to_csg, surface->p);

@@ -184,21 +184,21 @@ static bool segments(const Prim *prim, const Ray *ray, SegList *list)
     return convex_segments(&SHAPE, prim, ray, list);
 }
 
-static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *surface)
+static void surface(const Prim *prim, const Ray *ray, const Hit *hit, bool uv, Surface *surface)
 {
     (void)prim;
     Vec3 p = ray_point(ray, hit->t, hit->u);
     wrap_into_disc(&p);
     if (hit->part == CONE_SIDE) {
         /* y from x and z: exact but for the dot product's 2 roundings under the root, and the root's own */
-        p.y = -fmin(1, sqrt(p.x * p.x + p.z * p.z));
+        p.y = -clamp(sqrt(p.x * p.x + p.z * p.z), 0, 1);
         surface->p_err = vec3_make(GAMMA(1) * fabs(p.x), GAMMA(5) * fabs(p.y), GAMMA(1) * fabs(p.z));
-        surface->u = wrap_u(p);
-        surface->v = p.y + 1;
+        surface->u = uv ? wrap_u(p) : 0;
+        surface->v = uv ? p.y + 1 : 0;
     } else {
         p.y = -1;
         surface->p_err = vec3_make(GAMMA(5) * fabs(p.x), UNIT_ROUNDOFF, GAMMA(5) * fabs(p.z));
-        wrap_cap(p, &surface->u, &surface->v);
+        wrap_cap(p, uv, &surface->u, &surface->v);
     }
     surface->p = p;
     surface->n = surface->ns = normal(p, hit->part);

@@ -45,7 +45,7 @@ static bool guess(const Ray *ray, Guess *g)
 
     /* How far a side's t may be off, with much to spare: half is at least 1/32 of a unit of length. */
     double slack = 0x1p-38 * (fabs(mid) + (1 + reach) * half);
-    double in = fmax(side[0], cap[0]), out = fmin(side[1], cap[1]);
+    double in = side[0] > cap[0] ? side[0] : cap[0], out = side[1] < cap[1] ? side[1] : cap[1];
     slack += 0x1p-45 * (fabs(in) + fabs(out));
     if (in - out > slack) return false;
     if (!(out - in > slack && fabs(side[0] - cap[0]) > slack && fabs(side[1] - cap[1]) > slack)) return true;
@@ -144,21 +144,21 @@ static bool segments(const Prim *prim, const Ray *ray, SegList *list)
     return convex_segments(&SHAPE, prim, ray, list);
 }
 
-static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *surface)
+static void surface(const Prim *prim, const Ray *ray, const Hit *hit, bool uv, Surface *surface)
 {
     (void)prim;
     Vec3 p = ray_point(ray, hit->t, hit->u);
     if (hit->part == CYLINDER_SIDE) {
         double s = 1 / sqrt(p.x * p.x + p.z * p.z);
-        p = vec3_make(p.x * s, fmax(-1, fmin(1, p.y)), p.z * s);
+        p = vec3_make(p.x * s, clamp(p.y, -1, 1), p.z * s);
         surface->p_err = vec3_make(GAMMA(5) * fabs(p.x), 0, GAMMA(5) * fabs(p.z));
-        surface->u = wrap_u(p);
-        surface->v = 0.5 * (p.y + 1);
+        surface->u = uv ? wrap_u(p) : 0;
+        surface->v = uv ? 0.5 * (p.y + 1) : 0;
     } else {
         p.y = hit->part == CYLINDER_TOP ? 1 : -1;
         wrap_into_disc(&p);
         surface->p_err = vec3_make(GAMMA(5) * fabs(p.x), UNIT_ROUNDOFF, GAMMA(5) * fabs(p.z));
-        wrap_cap(p, &surface->u, &surface->v);
+        wrap_cap(p, uv, &surface->u, &surface->v);
     }
     surface->p = p;
     surface->n = surface->ns = normal(p, hit->part);

@@ -48,8 +48,9 @@ struct PrimOps {
      * tmax are ignored). Only for closed primitives, NULL otherwise. False without memory. */
     bool (*segments)(const Prim *, const Ray *, SegList *);
 
-    /* Point, normals, texture coordinates and error bound at a hit that intersect or segments gave on this very ray. */
-    void (*surface)(const Prim *, const Ray *, const Hit *, Surface *);
+    /* Point, normals, error bound and, if `uv` asks for them, texture coordinates (else 0) at a hit that intersect or
+     * segments gave on this very ray. */
+    void (*surface)(const Prim *, const Ray *, const Hit *, bool uv, Surface *);
 
     /* For a primitive that is made of parts with spaces of their own, as the baked meshes: the map to that of the part that
      * was hit, *p and *n (NULL: not wanted) becoming the point and the normal there, as surface gives them if the part is

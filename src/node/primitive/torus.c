@@ -335,7 +335,7 @@ static bool segments(const Prim *prim, const Ray *ray, SegList *list)
     return true;
 }
 
-static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *surface)
+static void surface(const Prim *prim, const Ray *ray, const Hit *hit, bool uv, Surface *surface)
 {
     double m = ((const Torus *)prim)->minor;
     Vec3 p = ray_point(ray, hit->t, hit->u);
@@ -350,8 +350,8 @@ static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *s
     surface->p = p;
     surface->p_err = vec3_make(err, err, err);
     surface->n = surface->ns = normal(p);
-    surface->u = wrap_u(p);
-    surface->v = 0.5 + 0.5 * ONE_OVER_PI * atan2(p.y, out);
+    surface->u = uv ? wrap_u(p) : 0;
+    surface->v = uv ? 0.5 + 0.5 * ONE_OVER_PI * atan2(p.y, out) : 0;
 }
 
 static const PrimOps OPS = {
