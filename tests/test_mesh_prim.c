@@ -225,9 +225,9 @@ static void baked_equals_separate(void **state)
     Prim *alone = mesh_prim_create(b, false, NULL, NULL);
     Ray local = {affine_point(&baked[1].to_object, to_b.o), affine_vector(&baked[1].to_object, to_b.d), 0, INFINITY};
     Hit own;
-    all->ops->surface(all, &to_b, &hit, &s);
+    all->ops->surface(all, &to_b, &hit, true, &s);
     assert_true(alone->ops->intersect(alone, &local, &own, scratch));
-    alone->ops->surface(alone, &local, &own, &separate);
+    alone->ops->surface(alone, &local, &own, true, &separate);
     Vec3 p, n;
     const Affine *to_own = all->ops->own(all, &hit, &p, &n);
     assert_memory_equal(to_own, &baked[1].to_object, sizeof *to_own);
