@@ -48,8 +48,8 @@ void stream_destroy(SampleStream *stream);
 /* Who gets the samples from here on; the stream must be empty. */
 void stream_set_taker(SampleStream *stream, StreamTaker *take, void *context);
 
-/* Samples [first, end) of one replicate of a pixel; of the run all but its place in the stream is given. */
-void stream_add_replicate(SampleStream *stream, SampleRun run, uint64_t seed, uint32_t replicate, uint32_t first,
+/* Samples [first, end) of one replicate of a pixel; the runs are like this one but for their place in the stream. */
+void stream_add_replicate(SampleStream *stream, SampleRun like, uint64_t seed, uint32_t replicate, uint32_t first,
                           uint32_t end);
 
 /* The `samples` samples of a pixel with a fixed number: those of replicate A, then those of B; one is the centre. */
