@@ -55,17 +55,20 @@ static void take_level(TileFilm *film, uint32_t pixel, int replicate, uint32_t c
 static void take_tile(void *context, const SampleStream *stream)
 {
     TileFilm *film = context;
-    for (uint32_t i = 0; i < stream->count; i++) {
-        const SampleName *name = &stream->name[i];
-        int replicate = name->number >= film->share_a;
-        uint32_t before = name->number - (replicate ? film->share_a : 0);
-        double *part = film->part[replicate][name->slot];
-        for (int k = 0; k < 3; k++) {
-            film->all[name->slot][k] += stream->colour[i][k];
-            film->squares[name->slot] += stream->colour[i][k] * stream->colour[i][k];
-            part[k] += stream->colour[i][k];
+    for (const SampleRun *run = stream->run; run < stream->run + stream->runs; run++) {
+        int replicate = run->number >= film->share_a;
+        uint32_t pixel = run->slot, before = run->number - (replicate ? film->share_a : 0);
+        double *all = film->all[pixel], *part = film->part[replicate][pixel], squares = 0;
+        for (uint32_t i = run->begin; i < run->end; i++, before++) {
+            const double *c = stream->colour[i];
+            for (int k = 0; k < 3; k++) {
+                all[k] += c[k];
+                part[k] += c[k];
+            }
+            squares += c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
+            if ((before & (before + 1)) == 0) take_level(film, pixel, replicate, before + 1);
         }
-        if ((before & (before + 1)) == 0) take_level(film, name->slot, replicate, before + 1);
+        film->squares[pixel] += squares;
     }
 }
 
@@ -173,8 +176,9 @@ enum { TURN_DRAWS = 32 };
 static void take_picture(void *context, const SampleStream *stream)
 {
     AuditDraw *draw = context;
-    for (uint32_t i = 0; i < stream->count; i++)
-        for (int k = 0; k < 3; k++) draw[stream->name[i].slot].picture[k] += stream->colour[i][k];
+    for (const SampleRun *run = stream->run; run < stream->run + stream->runs; run++)
+        for (uint32_t i = run->begin; i < run->end; i++)
+            for (int k = 0; k < 3; k++) draw[run->slot].picture[k] += stream->colour[i][k];
 }
 
 /* The picture's own colours aren't kept: the samples of the pixels that were drawn are traced again. */

@@ -46,24 +46,25 @@ typedef struct {
 static void take_samples(void *context, const SampleStream *stream)
 {
     Adaptive *job = context;
-    for (uint32_t i = 0; i < stream->count; i++) {
-        uint32_t slot = stream->name[i].slot;
-        Sums *sums = &job->sums[slot / 2];
-        const double *c = stream->colour[i];
-        double *sum = sums->sum[slot % 2];
-        for (int k = 0; k < 3; k++) sum[k] += c[k];
-        sums->squares[slot % 2] += c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
+    for (const SampleRun *run = stream->run; run < stream->run + stream->runs; run++) {
+        Sums *sums = &job->sums[run->slot / 2];
+        double *sum = sums->sum[run->slot % 2];
+        for (uint32_t i = run->begin; i < run->end; i++) {
+            const double *c = stream->colour[i];
+            for (int k = 0; k < 3; k++) sum[k] += c[k];
+            sums->squares[run->slot % 2] += c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
+        }
     }
 }
 
-/* The first `count` samples of both replicates are drawn by twice `count` samples: their names are of those. */
+/* The first `count` samples of both replicates are drawn by twice `count` samples: their numbers are of those. */
 static void add_levels(Adaptive *job, SampleStream *stream, uint32_t x, uint32_t y, int replicate, int from, int to)
 {
     const RenderSettings *s = job->settings;
     uint32_t first = from < 0 ? 0 : 1u << from, end = 1u << to;
-    SampleName name = {.x = s->x0 + x, .y = s->y0 + y, .slot = 2 * (y * job->tiles.width + x) + (uint32_t)replicate,
-                       .number = first + (replicate ? end : 0), .total = 2 * end};
-    stream_add_replicate(stream, name, s->seed, (uint32_t)replicate, first, end);
+    SampleRun run = {.x = s->x0 + x, .y = s->y0 + y, .slot = 2 * (y * job->tiles.width + x) + (uint32_t)replicate,
+                     .number = first + (replicate ? end : 0), .total = 2 * end};
+    stream_add_replicate(stream, run, s->seed, (uint32_t)replicate, first, end);
 }
 
 /* A machine that has become much slower since the last round can't finish this one. */

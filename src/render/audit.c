@@ -103,17 +103,18 @@ void audit_add_fresh(SampleStream *stream, AuditDraw *draw, uint32_t i, uint64_t
     const RenderSettings *s = stream->settings;
     uint64_t own = hash64(hash64(seed) ^ AUDIT_STREAM) + look;
     for (uint32_t k = 0; k < 2; k++) {
-        SampleName name = {.x = s->x0 + d->x, .y = s->y0 + d->y, .slot = 2 * i + k, .total = d->samples};
-        stream_add_replicate(stream, name, own, 2 + 2 * i + k, 0, d->samples);
+        SampleRun run = {.x = s->x0 + d->x, .y = s->y0 + d->y, .slot = 2 * i + k, .total = d->samples};
+        stream_add_replicate(stream, run, own, 2 + 2 * i + k, 0, d->samples);
     }
 }
 
 void audit_take_fresh(void *context, const SampleStream *stream)
 {
     AuditDraw *draw = context;
-    for (uint32_t i = 0; i < stream->count; i++) {
-        AuditDraw *d = &draw[stream->name[i].slot / 2];
-        for (int k = 0; k < 3; k++) d->fresh[stream->name[i].slot % 2][k] += stream->colour[i][k];
+    for (const SampleRun *run = stream->run; run < stream->run + stream->runs; run++) {
+        double *sum = draw[run->slot / 2].fresh[run->slot % 2];
+        for (uint32_t i = run->begin; i < run->end; i++)
+            for (int k = 0; k < 3; k++) sum[k] += stream->colour[i][k];
     }
 }
 

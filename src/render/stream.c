@@ -76,54 +76,71 @@ void stats_add(RenderStats *sum, const RenderStats *s)
     add_not_finite(sum, s);
 }
 
+static void count_not_finite(SampleStream *s, const SampleRun *run, uint32_t i)
+{
+    add_not_finite(&s->stats, &(RenderStats){.not_finite = 1, .first_x = run->x, .first_y = run->y,
+                                             .first_sample = run->number + (i - run->begin), .first_total = run->total});
+}
+
 void stream_flush(SampleStream *s)
 {
     if (s->count == 0) return;
     shade_stream(s->world, s->shader, s->ray, s->missed, s->count, s->settings->max_depth, s->colour, &s->stats,
                  &s->scratch);
-    for (uint32_t i = 0; i < s->count; i++) {
-        double *c = s->colour[i];
-        if (isfinite(c[0] + c[1] + c[2])) continue;
-        const SampleName *name = &s->name[i];
-        add_not_finite(&s->stats, &(RenderStats){.not_finite = 1, .first_x = name->x, .first_y = name->y,
-                                                 .first_sample = name->number, .first_total = name->total});
-        c[0] = c[1] = c[2] = 0;
-    }
+    for (uint32_t r = 0; r < s->runs; r++)
+        for (uint32_t i = s->run[r].begin; i < s->run[r].end; i++) {
+            double *c = s->colour[i];
+            if (isfinite(c[0] + c[1] + c[2])) continue;
+            count_not_finite(s, &s->run[r], i);
+            c[0] = c[1] = c[2] = 0;
+        }
     s->stats.samples += s->count;
     s->take(s->context, s);
-    s->count = 0;
+    s->count = s->runs = 0;
 }
 
-static void add_sample(SampleStream *s, SampleName name, Ray ray, Rgb miss)
+/* Begins a run that has room for at least one sample. */
+static SampleRun *begin_run(SampleStream *s, const SampleRun *like)
 {
-    s->ray[s->count] = ray;
-    s->missed[s->count] = miss;
-    s->name[s->count] = name;
-    if (++s->count == STREAM_RAYS) stream_flush(s);
+    if (s->count == STREAM_RAYS) stream_flush(s);
+    SampleRun *run = &s->run[s->runs++];
+    *run = *like;
+    run->begin = run->end = s->count;
+    return run;
 }
 
-void stream_add_replicate(SampleStream *stream, SampleName name, uint64_t seed, uint32_t replicate, uint32_t first,
+void stream_add_replicate(SampleStream *stream, SampleRun like, uint64_t seed, uint32_t replicate, uint32_t first,
                           uint32_t end)
 {
     const RenderSettings *s = stream->settings;
-    Rgb miss = background(s, name.y);
-    uint64_t key = sample_key(seed, name.x, name.y, replicate);
-    for (uint32_t i = first; i < end; i++, name.number++) {
-        Sample2 at = sample_place(key, i);
-        add_sample(stream, name, camera_ray(stream->world, s, name.x + at.x, name.y + at.y), miss);
+    Rgb miss = background(s, like.y);
+    uint64_t key = sample_key(seed, like.x, like.y, replicate);
+    for (uint32_t i = first; i < end;) {
+        SampleRun *run = begin_run(stream, &like);
+        uint32_t room = STREAM_RAYS - stream->count, n = end - i < room ? end - i : room;
+        for (uint32_t stop = i + n; i < stop; i++, stream->count++) {
+            Sample2 at = sample_place(key, i);
+            stream->ray[stream->count] = camera_ray(stream->world, s, like.x + at.x, like.y + at.y);
+            stream->missed[stream->count] = miss;
+        }
+        run->end = stream->count;
+        like.number += n;
     }
 }
 
 void stream_add_pixel(SampleStream *stream, uint32_t x, uint32_t y, uint32_t slot, uint32_t samples)
 {
     const RenderSettings *s = stream->settings;
-    SampleName name = {.x = x, .y = y, .slot = slot, .total = samples};
+    SampleRun like = {.x = x, .y = y, .slot = slot, .total = samples};
     if (samples == 1) {
-        add_sample(stream, name, camera_ray(stream->world, s, x + 0.5, y + 0.5), background(s, y));
+        SampleRun *run = begin_run(stream, &like);
+        stream->ray[stream->count] = camera_ray(stream->world, s, x + 0.5, y + 0.5);
+        stream->missed[stream->count] = background(s, y);
+        run->end = ++stream->count;
         return;
     }
     uint32_t share_a = sample_share_a(samples);
-    stream_add_replicate(stream, name, s->seed, 0, 0, share_a);
-    name.number = share_a;
-    stream_add_replicate(stream, name, s->seed, 1, 0, samples - share_a);
+    stream_add_replicate(stream, like, s->seed, 0, 0, share_a);
+    like.number = share_a;
+    stream_add_replicate(stream, like, s->seed, 1, 0, samples - share_a);
 }

@@ -12,17 +12,18 @@
 #include "render/shade.h"
 #include "scene/world.h"
 
-/* Which sample of which pixel of the whole picture. */
+/* Samples of one pixel of the whole picture that follow each other. */
 typedef struct {
     uint32_t x, y;
-    uint32_t slot;       /* for the taker's use */
-    uint32_t number;     /* its number among those that `total` samples draw: all of replicate A, then all of B */
+    uint32_t slot;         /* for the taker's use */
+    uint32_t number;       /* of the first among those that `total` samples draw: all of replicate A, then all of B */
     uint32_t total;
-} SampleName;
+    uint32_t begin, end;   /* in the stream */
+} SampleRun;
 
 typedef struct SampleStream SampleStream;
 
-/* Takes the stream's `count` samples in the order in which they came: name[i] has colour[i]. */
+/* Takes the stream's runs, in the order in which they came; a run's colours are those from its `begin` to before `end`. */
 typedef void StreamTaker(void *context, const SampleStream *stream);
 
 struct SampleStream {
@@ -36,8 +37,8 @@ struct SampleStream {
     Ray ray[STREAM_RAYS];
     Rgb missed[STREAM_RAYS];
     double colour[STREAM_RAYS][3];   /* finite: one that isn't is counted and becomes black */
-    SampleName name[STREAM_RAYS];
-    uint32_t count;
+    SampleRun run[STREAM_RAYS];
+    uint32_t count, runs;
 };
 
 /* NULL without memory. Owned by the caller; stream_destroy takes NULL too. */
@@ -47,8 +48,8 @@ void stream_destroy(SampleStream *stream);
 /* Who gets the samples from here on; the stream must be empty. */
 void stream_set_taker(SampleStream *stream, StreamTaker *take, void *context);
 
-/* Samples [first, end) of one replicate of a pixel. `name` is that of the first. */
-void stream_add_replicate(SampleStream *stream, SampleName name, uint64_t seed, uint32_t replicate, uint32_t first,
+/* Samples [first, end) of one replicate of a pixel; the runs are like this one but for their place in the stream. */
+void stream_add_replicate(SampleStream *stream, SampleRun like, uint64_t seed, uint32_t replicate, uint32_t first,
                           uint32_t end);
 
 /* The `samples` samples of a pixel with a fixed number: those of replicate A, then those of B; one is the centre. */
