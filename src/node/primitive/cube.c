@@ -145,7 +145,7 @@ static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *s
 }
 
 static const PrimOps OPS = {
-    .name = "cube", .closed = true, .bounds = bounds, .intersect = intersect,
+    .name = "cube", .form = FORM_CUBE, .closed = true, .bounds = bounds, .intersect = intersect,
     .occluded = occluded, .segments = segments, .surface = surface,
 };
 

@@ -103,7 +103,7 @@ static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *s
 }
 
 static const PrimOps OPS = {
-    .name = "sphere", .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect,
+    .name = "sphere", .form = FORM_SPHERE, .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect,
     .occluded = occluded, .segments = segments, .surface = surface,
 };
 
