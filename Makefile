@@ -117,10 +117,10 @@ demo: deps-build
 test: deps-test
 	+@tests/run.sh
 
-# LONG=1: more trials, hours of them.
+# LONG=1: more trials, hours of them. CASES='24.2 27': these rows alone.
 stability: deps-test
 	@$(MAKE) --no-print-directory build/release/tests/stability/stability BUILD=release
-	build/release/tests/stability/stability $(if $(LONG),--long,--full)
+	build/release/tests/stability/stability $(if $(LONG),--long,--full) $(CASES)
 
 # One after the other, so that they don't take each other's processors.
 bench:
@@ -162,7 +162,7 @@ help:
 	@echo 'make [all]    build ./rt'
 	@echo 'make demo     install what the build needs, build, render the temple to temple.png'
 	@echo 'make test     install what the tests need, build and run them all'
-	@echo 'make stability  print the table of stiff and extreme cases (LONG=1: more trials)'
+	@echo 'make stability  print the table of stiff and extreme cases (LONG=1: more trials, CASES=24.2: one row)'
 	@echo 'make lint     check the rules of the code'
 	@echo 'make bench    install what the benchmarks need, run both:'
 	@echo 'make bench-kernels  rays and builds against Embree (a part: see tests/bench/kernels/kernels.c)'

@@ -74,11 +74,17 @@ typedef struct {
     float first_o[3], last_o[3], r_low[3], r_high[3], slack_t[3];
 } Space;
 
+/* A sure hit that may be the nearest of its ray. */
+typedef struct { uint32_t lane, object, triangle; } Waiting;
+
+enum { WAITING = 4 * GROUP };
+
 /* A group of rays on their way through the world. t is in units of 1 / scale of its ray. */
 typedef struct {
     const World *world;
     Scratch *scratch;
     const Ray *ray;
+    const LeftFace *left;                /* NULL: none */
     uint32_t count;
     uint64_t alive;                      /* of occlusion rays: not blocked yet */
     uint64_t exact;                      /* the nearest hit so far is known in double: hit[] */
@@ -87,6 +93,8 @@ typedef struct {
     Hit *hit;                            /* the caller's, of the nearest hits that are known in double */
     _Alignas(64) double o[3][GROUP], d[3][GROUP], per_scale[GROUP];  /* d about 1 long */
     float world_reach;
+    uint32_t waiting_count;
+    Waiting waiting[WAITING + GROUP];    /* room for the nearest of all rays at the end */
     Space space;
 } Walk;
 
@@ -161,6 +169,7 @@ static bool walk_init(Walk *w, const World *world, const Ray *ray, uint32_t n)
     w->count = n;
     w->alive = group_all(n);
     w->exact = 0;
+    w->waiting_count = 0;
     if (!walk_load(w, ray, n, &s->reach)) return false;
     float boxes = 0;
     for (int a = 0; a < 3; a++) {
@@ -189,81 +198,82 @@ static bool walk_init(Walk *w, const World *world, const Ray *ray, uint32_t n)
     return true;
 }
 
-/* Directions below this share of the map's size count as this: over the way through the world it moves a point by less
- * than a double's rounding. */
-#define OBJECT_PARALLEL 0x1p-60f
-
 /* What the double-precision map of a ray may be off, relative to the terms of its sums: the entry of the map, the product,
  * three sums, the shift, and two to spare, 2^-53 each. */
 #define MAP_ROUNDOFF 0x1p-50f
 
-typedef struct { float lo[3], hi[3], reach; } ObjectBox;
+/* The same of the map in float, in units of FLOAT_ROUNDOFF: the entry, the coordinate, the product, three sums, one to
+ * spare. */
+#define FLOAT_MAP_ROUNDOFFS 7
 
-static ObjectBox object_box(const Object *object)
+/* The greatest coordinate of the terms that make up the image of an origin. */
+static inline float view_far(const ObjectView *v, const Space *from) { return v->size * from->reach + v->offset; }
+
+/* Maps into objects so small beside the world are too much for floats. */
+#define VIEW_GREATEST 0x1p60f
+
+static inline bool view_is_in_reach(const ObjectView *v) { return v->size < VIEW_GREATEST && v->offset < VIEW_GREATEST; }
+
+/* Which rays meet an object's own box, which fits a turned object better than the one in the tree, and where. They are
+ * mapped in float: at a t up to `way`, beyond which no object is, a place is off by roundings of the origin's image and by
+ * t times those of the direction's, whose components are below 2; boxes are widened by that. */
+static inline __attribute__((always_inline)) uint64_t object_meets(const Walk *w, const ObjectView *v, uint64_t rays,
+                                                                   float *shift)
 {
-    Box b = object->prim->ops->bounds(object->prim);
-    ObjectBox f = {.reach = slab_up((float)box_reach(b))};
-    for (int a = 0; a < 3; a++) {
-        f.lo[a] = slab_down((float)vec3_get(b.lo, a));
-        f.hi[a] = slab_up((float)vec3_get(b.hi, a));
+    const Space *from = &w->space;
+    float far = view_far(v, from), way = from->reach + w->world_reach;
+    float map_err = FLOAT_MAP_ROUNDOFFS * FLOAT_ROUNDOFF * (far + 2 * way * v->size);
+    Lanes slack = lanes_set((PLANE_SLACK * (far + v->reach) + map_err) * MARGIN_SLACK);
+    uint64_t met = 0;
+    for (uint32_t at = 0; at < w->count; at += LANES) {
+        if (!(rays >> at & LANE_BITS)) continue;
+        Lanes enter = at_lane(from->tmin, at), leave = at_lane(from->tmax, at);
+        for (int a = 0; a < 3; a++) {
+            Lanes o = lanes_set(v->m[a][3]), d = lanes_set(v->m[a][0]) * at_lane(from->d[0], at);
+            for (int j = 0; j < 3; j++) o = lanes_fma(lanes_set(v->m[a][j]), at_lane(from->o[j], at), o);
+            for (int j = 1; j < 3; j++) d = lanes_fma(lanes_set(v->m[a][j]), at_lane(from->d[j], at), d);
+            Lanes r = lanes_flip(lanes_set(1) / lanes_max(lanes_abs(d), lanes_set(v->least_d[a])), lanes_sign(d));
+            Lanes c = o * r, off = lanes_abs(r) * slack, x = lanes_set(v->lo[a]) * r, y = lanes_set(v->hi[a]) * r;
+            enter = lanes_max(enter, lanes_min(x, y) - (c + off));
+            leave = lanes_min(leave, lanes_max(x, y) - (c - off));
+        }
+        Mask in = lanes_le(enter, leave);
+        *(Lanes *)(shift + at) = lanes_pick(in, enter, lanes_set(0));
+        met |= (uint64_t)mask_bits(in) << at;
     }
-    return f;
+    return met & rays;
 }
 
-/* The rays in an object's own space, mapped in double, t unchanged, and which of them meet its box there: that fits a
- * turned object better than the one in the tree. Their origins are moved to where they meet it, so that what follows,
- * in float, is as fine as the object is small, and not as the world is large. */
-static uint64_t object_space(const Walk *w, const Object *object, uint64_t rays, Space *s)
+/* Rays in an object's own space, mapped in double, t unchanged. Their origins are moved to where they meet its box, the
+ * shift, so that what follows, in float, is as fine as the object is small, and not as the world is large. */
+static void object_space(const Walk *w, const Object *object, const ObjectView *v, uint64_t rays, Space *s)
 {
     const Space *from = &w->space;
     const double (*m)[4] = object->to_object.m;
-    ObjectBox box = object_box(object);
-    float least_d[3], far = 0, most = 0, way = from->reach + w->world_reach;
-    for (int a = 0; a < 3; a++) {
-        float size = (float)(fabs(m[a][0]) + fabs(m[a][1]) + fabs(m[a][2]));
-        far = fmaxf(far, size * from->reach + (float)fabs(m[a][3]));
-        most = fmaxf(most, size);
-        least_d[a] = fmaxf(OBJECT_PARALLEL * size, 0x1p-100f);
-    }
-    s->d_most = 2 * slab_up(most);
+    float way = from->reach + w->world_reach;
+    s->d_most = 2 * slab_up(v->size);
     s->d_err = FLOAT_ROUNDOFF * s->d_most;
-    float map_err = MAP_ROUNDOFF * (far + 2 * way * s->d_most);
-    s->slack = PLANE_SLACK * (far + box.reach) + map_err;
-    uint64_t met = 0;
+    float map_err = MAP_ROUNDOFF * (view_far(v, from) + 2 * way * s->d_most);
     Lanes reach = lanes_set(0);
     for (uint32_t at = 0; at < w->count; at += LANES) {
-        if (!(rays >> at & LANE_BITS)) continue;
-        _Alignas(64) double o[3][LANES], d[3][LANES];
-        for (uint32_t k = 0; k < LANES; k += DOUBLES)
-            for (int a = 0; a < 3; a++) {
-                Doubles sum = doubles_set(m[a][3]), way_d = doubles_set(m[a][0]) * *(const Doubles *)(w->d[0] + at + k);
-                for (int j = 0; j < 3; j++) sum = sum + doubles_set(m[a][j]) * *(const Doubles *)(w->o[j] + at + k);
-                for (int j = 1; j < 3; j++) way_d = way_d + doubles_set(m[a][j]) * *(const Doubles *)(w->d[j] + at + k);
-                *(Doubles *)(o[a] + k) = sum;
-                *(Doubles *)(d[a] + k) = way_d;
-                doubles_to_floats(s->o[a] + at + k, sum);
-                doubles_to_floats(s->d[a] + at + k, way_d);
-            }
-        Lanes enter = at_lane(from->tmin, at), leave = at_lane(from->tmax, at);
-        for (int a = 0; a < 3; a++) {
-            space_slabs(s, a, least_d[a], at);
-            Lanes r = at_lane(s->r[a], at), x = lanes_set(box.lo[a]) * r, y = lanes_set(box.hi[a]) * r;
-            enter = lanes_max(enter, lanes_min(x, y) - at_lane(s->near_c[a], at));
-            leave = lanes_min(leave, lanes_max(x, y) - at_lane(s->far_c[a], at));
-        }
-        Mask in = lanes_le(enter, leave);
-        uint64_t bits = (uint64_t)mask_bits(in) << at & rays;
+        uint32_t bits = (uint32_t)(rays >> at) & LANE_BITS;
         if (!bits) continue;
-        met |= bits;
-        Lanes shift = lanes_pick(in, enter, lanes_set(0));
-        *(Lanes *)(s->shift + at) = shift;
-        for (uint32_t k = 0; k < LANES; k += DOUBLES)
-            for (int a = 0; a < 3; a++)
-                doubles_to_floats(s->o[a] + at + k, *(Doubles *)(o[a] + k) +
-                                                        doubles_of_floats(s->shift + at + k) * *(Doubles *)(d[a] + k));
+        for (uint32_t k = 0; k < LANES; k += DOUBLES) {
+            if (!(bits >> k & ((1u << DOUBLES) - 1))) continue;
+            Doubles shift = doubles_of_floats(s->shift + at + k);
+            for (int a = 0; a < 3; a++) {
+                Doubles o = doubles_set(m[a][3]), d = doubles_set(m[a][0]) * *(const Doubles *)(w->d[0] + at + k);
+                for (int j = 0; j < 3; j++) o = o + doubles_set(m[a][j]) * *(const Doubles *)(w->o[j] + at + k);
+                for (int j = 1; j < 3; j++) d = d + doubles_set(m[a][j]) * *(const Doubles *)(w->d[j] + at + k);
+                doubles_to_floats(s->o[a] + at + k, o + shift * d);
+                doubles_to_floats(s->d[a] + at + k, d);
+            }
+        }
+        Mask in = mask_of(bits);
         for (int a = 0; a < 3; a++) reach = lanes_max(reach, lanes_pick(in, lanes_abs(at_lane(s->o[a], at)), reach));
         /* t - shift has one rounding */
-        Lanes tmin = at_lane(from->tmin, at) - shift, tmin_up = at_lane(from->tmin_up, at) - shift;
+        Lanes shift = at_lane(s->shift, at), tmin = at_lane(from->tmin, at) - shift;
+        Lanes tmin_up = at_lane(from->tmin_up, at) - shift;
         Lanes tmax = at_lane(from->tmax, at) - shift, end = at_lane(from->end_down, at) - shift;
         Lanes low = at_lane(from->best_low, at) - shift, ulp = lanes_set(0x1p-23f), back = lanes_set(-0x1p-23f);
         *(Lanes *)(s->tmin + at) = lanes_fma(lanes_abs(tmin), back, tmin);
@@ -273,24 +283,24 @@ static uint64_t object_space(const Walk *w, const Object *object, uint64_t rays,
         *(Lanes *)(s->end_down + at) = lanes_pick(ends, lanes_fma(lanes_abs(end), back, end), end);
         *(Lanes *)(s->best_low + at) = lanes_pick(known, lanes_fma(lanes_abs(low), back, low), low);
     }
-    if (!met) return 0;
     s->reach = slab_up(lanes_greatest(reach));
     s->o_err = FLOAT_ROUNDOFF * s->reach + map_err;
-    s->slack = PLANE_SLACK * (s->reach + box.reach) + map_err;
+    s->slack = PLANE_SLACK * (s->reach + v->reach) + map_err;
     for (uint32_t at = 0; at < w->count; at += LANES)
         for (int a = 0; a < 3; a++)
-            if (met >> at & LANE_BITS) space_slabs(s, a, least_d[a], at);
-    return met;
+            if (rays >> at & LANE_BITS) space_slabs(s, a, v->least_d[a], at);
 }
 
-/* What was found in an object's space becomes known in the world's. */
-static void leave_space(Walk *w, const Space *s, uint32_t index, uint64_t rays)
+/* What was found in an object's space becomes known in the world's; `waited`: what waited before. */
+static void leave_space(Walk *w, const Space *s, uint32_t index, uint64_t rays, uint32_t waited)
 {
+    bool more = w->waiting_count > waited;
     for (; rays; rays &= rays - 1) {
         uint32_t i = (uint32_t)__builtin_ctzll(rays);
-        if (w->object[i] != index) continue;
-        w->space.tmax[i] = slab_up(s->tmax[i] + s->shift[i]);
-        w->space.best_low[i] = slab_down(s->best_low[i] + s->shift[i]);
+        if (w->object[i] != index && !more) continue;
+        float tmax = slab_up(s->tmax[i] + s->shift[i]), low = slab_down(s->best_low[i] + s->shift[i]);
+        w->space.tmax[i] = tmax < w->space.tmax[i] ? tmax : w->space.tmax[i];
+        w->space.best_low[i] = low < w->space.best_low[i] ? low : w->space.best_low[i];
     }
 }
 
@@ -300,20 +310,35 @@ static void leave_space(Walk *w, const Space *s, uint32_t index, uint64_t rays)
 static bool hit_exactly(const Walk *w, uint32_t i, uint32_t object, const MeshPrim *mesh, uint32_t triangle, Hit *hit)
 {
     Ray local = ray_to_object(&w->world->objects[object], &w->ray[i]);
-    Shear shear = shear_of(&local);
     const uint32_t *k = mesh->triangle[triangle];
     const Vec3 *a = &mesh->position[k[0]], *b = &mesh->position[k[1]], *c = &mesh->position[k[2]];
+    if (local.tmin >= 0 && plane_behind(&local, a, b, c)) return false;
+    Shear shear = shear_of(&local);
     TriangleCut cut;
     if (!triangle_cut(&shear, a, b, c, &cut)) return false;
     TriangleSpan span = triangle_span(&shear, &cut);
     if (!(span.hi > local.tmin) || !(span.lo <= local.tmax)) return false;
-    if (local.tmin >= 0 && !(span.lo > local.tmin) && triangle_behind(&shear, a, b, c, &cut)) return false;
     double err, t = triangle_t(&shear, a, b, c, &err);
     *hit = (Hit){t, cut.u, cut.v, triangle, part_of(mesh, triangle), object};
     return t > local.tmin && t <= local.tmax;
 }
 
 static const MeshPrim *mesh_of(const Walk *w, uint32_t object) { return mesh_prim_data(w->world->objects[object].prim); }
+
+/* Of equal t that of the least object, then part, counts. */
+static inline bool is_nearer(const Hit *a, const Hit *b)
+{
+    if (a->t != b->t) return a->t < b->t;
+    return a->object < b->object || (a->object == b->object && a->part < b->part);
+}
+
+static void take_hit(Walk *w, uint32_t i, const Hit *hit)
+{
+    w->hit[i] = *hit;
+    w->object[i] = hit->object;
+    w->triangle[i] = hit->part;
+    w->exact |= (uint64_t)1 << i;
+}
 
 /* Computes the nearest hit so far in double. */
 static void settle(Walk *w, uint32_t i)
@@ -323,22 +348,15 @@ static void settle(Walk *w, uint32_t i)
     w->exact |= (uint64_t)1 << i;
 }
 
-/* A hit in double, found in s, that may be the nearest. Of equal t that of the least object, then part, counts. */
+/* A hit in double, found in s, that may be the nearest. */
 static void offer(Walk *w, Space *s, uint32_t i, const Hit *hit)
 {
     float t = (float)(hit->t * w->per_scale[i] - (double)s->shift[i]);
     if (w->object[i] != HIT_NONE && slab_up(t) >= s->best_low[i]) {
         settle(w, i);
-        const Hit *best = &w->hit[i];
-        if (hit->t > best->t) return;
-        if (hit->t == best->t &&
-            (hit->object > best->object || (hit->object == best->object && hit->part >= best->part)))
-            return;
+        if (!is_nearer(hit, &w->hit[i])) return;
     }
-    w->hit[i] = *hit;
-    w->object[i] = hit->object;
-    w->triangle[i] = hit->part;
-    w->exact |= (uint64_t)1 << i;
+    take_hit(w, i, hit);
     s->tmax[i] = slab_up(t);
     s->best_low[i] = slab_down(t);
 }
@@ -355,11 +373,28 @@ typedef struct {
     bool any;            /* occlusion */
 } Target;
 
+/* Has a triangle wait that ray i surely hits, between two t, if there is room: then it is compared with the nearest hit at
+ * the end. Surfaces that lie in each other are all found by every ray, and computing several hits at once costs far less.
+ */
+static inline bool can_wait(const Target *g, uint32_t i, uint32_t triangle, float t_low, float t_high)
+{
+    Walk *w = g->w;
+    Space *s = g->space;
+    if (g->any || w->object[i] == HIT_NONE) return false;
+    if (w->object[i] == g->object && w->triangle[i] == triangle) return true;
+    if (w->waiting_count == WAITING) return false;
+    w->waiting[w->waiting_count++] = (Waiting){i, g->object, triangle};
+    s->tmax[i] = t_high < s->tmax[i] ? t_high : s->tmax[i];
+    s->best_low[i] = t_low < s->best_low[i] ? t_low : s->best_low[i];
+    return true;
+}
+
 /* A triangle in doubt for ray i. */
 static void decide(const Target *g, uint32_t i, uint32_t triangle)
 {
     Walk *w = g->w;
     if (!g->any && w->object[i] == g->object && w->triangle[i] == triangle) return;
+    if (w->left && w->left[i].part == triangle && w->left[i].object == g->object) return;
     Hit hit;
     if (!hit_exactly(w, i, g->object, g->mesh, triangle, &hit)) return;
     if (g->any)
@@ -418,6 +453,7 @@ static inline __attribute__((always_inline)) void block_by_triangles(const Targe
                                  lanes_lt(sum, size - lanes_set(2 * mu + md)));
             sure = mask_and(mask_and(left, sure), mask_and(lanes_lt(at_lane(s->tmin_up, at), t_low),
                                                            lanes_lt(t_high, at_lane(s->end_down, at))));
+            uint32_t hits = mask_bits(sure);
             if (g->any) {
                 w->alive &= ~((uint64_t)mask_bits(sure) << at);
                 rays &= ~((uint64_t)mask_bits(sure) << at);
@@ -431,8 +467,11 @@ static inline __attribute__((always_inline)) void block_by_triangles(const Targe
                 *triangle = lanes_pick_int(sure, lanes_set_int(b->triangle[j]), *triangle);
                 w->exact &= ~((uint64_t)mask_bits(sure) << at);
             }
-            for (uint32_t doubt = mask_bits(mask_without(left, sure)); doubt; doubt &= doubt - 1)
-                decide(g, at + (uint32_t)__builtin_ctz(doubt), b->triangle[j]);
+            for (uint32_t doubt = mask_bits(mask_without(left, sure)); doubt; doubt &= doubt - 1) {
+                uint32_t k = (uint32_t)__builtin_ctz(doubt);
+                if (!(hits >> k & 1) || !can_wait(g, at + k, b->triangle[j], t_low[k], t_high[k]))
+                    decide(g, at + k, b->triangle[j]);
+            }
             if (g->any) rays &= w->alive;
         }
     }
@@ -482,7 +521,7 @@ static inline __attribute__((always_inline)) bool block_by_rays(const Target *g,
             w->object[i] = g->object;
             w->triangle[i] = b->triangle[j];
             w->exact &= ~((uint64_t)1 << i);
-        } else if (!(t_low[j] > s->tmax[i])) {
+        } else if (!(t_low[j] > s->tmax[i]) && !(sure && can_wait(g, i, b->triangle[j], t_low[j], t_high[j]))) {
             decide(g, i, b->triangle[j]);
             if (g->any && !(w->alive >> i & 1)) return false;
         }
@@ -842,25 +881,30 @@ static void at_prim(Walk *w, uint32_t index, uint64_t rays, bool any)
     }
 }
 
+static void at_solid(Walk *w, uint32_t index, uint64_t rays, bool any);
+
 static inline __attribute__((always_inline)) void at_object(Walk *w, uint32_t index, uint64_t rays, bool coherent, bool any)
 {
     const Object *object = &w->world->objects[index];
     const MeshPrim *mesh = mesh_prim_data(object->prim);
-    if (object->in_world) {
-        if (mesh)
-            at_mesh(w, index, mesh, &w->space, rays, coherent, any);
-        else
-            at_prim(w, index, rays, any);
-        return;
-    }
+    const ObjectView *view = &w->world->views[index];
     Space s;
-    rays = object_space(w, object, rays, &s);
-    if (!rays) return;
-    if (mesh) {
+    if (!object->in_world && view_is_in_reach(view)) {
+        rays = object_meets(w, view, rays, s.shift);
+        if (!rays) return;
+    }
+    if (!mesh) {
+        at_solid(w, index, rays, any);
+    } else if (object->in_world) {
+        at_mesh(w, index, mesh, &w->space, rays, coherent, any);
+    } else if (view_is_in_reach(view)) {
+        object_space(w, object, view, rays, &s);
+        uint32_t waited = w->waiting_count;
         at_mesh(w, index, mesh, &s, rays, coherent, any);
-        if (!any) leave_space(w, &s, index, rays);
-    } else
+        if (!any) leave_space(w, &s, index, rays, waited);
+    } else {
         at_prim(w, index, rays, any);
+    }
 }
 
 static void nearest_object(void *context, uint32_t index, uint64_t rays) { at_object(context, index, rays, true, false); }
@@ -1016,6 +1060,8 @@ static __attribute__((noinline)) void confirm_lanes(Confirm *q)
     *(Doubles *)q->t = t * *(Doubles *)q->scale;
 }
 
+#include "accel/solid_kernel.h"
+
 static void put3(double (*to)[DOUBLES], uint32_t j, const Vec3 *v)
 {
     to[0][j] = v->x;
@@ -1023,10 +1069,10 @@ static void put3(double (*to)[DOUBLES], uint32_t j, const Vec3 *v)
     to[2][j] = v->z;
 }
 
-/* Ray i in the space of its nearest hit's object. */
-static inline void put_ray(Confirm *q, uint32_t j, const Walk *w, uint32_t i)
+/* Ray i in an object's space. */
+static inline void put_ray(Confirm *q, uint32_t j, const Walk *w, uint32_t i, uint32_t index)
 {
-    const Object *object = &w->world->objects[w->object[i]];
+    const Object *object = &w->world->objects[index];
     if (object->in_world) {
         for (int a = 0; a < 3; a++) {
             q->o[a][j] = w->o[a][i];
@@ -1042,37 +1088,45 @@ static inline void put_ray(Confirm *q, uint32_t j, const Walk *w, uint32_t i)
     put3(q->d, j, &d);
 }
 
-/* Computes all the nearest hits in double; the triangles' corners are fetched ahead, first their numbers. */
-static void settle_all(Walk *w)
+/* Adds the nearest hits that aren't known in double to what waits. Corners' numbers are fetched ahead, then the corners. */
+static uint32_t list_waiting(Walk *w, const MeshPrim *mesh[], const uint32_t *corner[])
 {
-    const uint32_t *corner[GROUP];
-    const MeshPrim *of[GROUP], *mesh = NULL;
-    uint32_t lane[GROUP], n = 0, object = HIT_NONE;
-    for (uint32_t i = 0; i < w->count; i++) {
-        if (w->object[i] == HIT_NONE || (w->exact >> i & 1)) continue;
-        if (w->object[i] != object) {
-            object = w->object[i];
-            mesh = mesh_of(w, object);
-        }
-        of[n] = mesh;
-        corner[n] = mesh->triangle[w->triangle[i]];
-        __builtin_prefetch(corner[n]);
-        lane[n++] = i;
+    for (uint32_t i = 0; i < w->count; i++)
+        if (w->object[i] != HIT_NONE && !(w->exact >> i & 1))
+            w->waiting[w->waiting_count++] = (Waiting){i, w->object[i], w->triangle[i]};
+    uint32_t n = w->waiting_count;
+    for (uint32_t k = 0; k < n; k++) {
+        const Waiting *at = &w->waiting[k];
+        mesh[k] = k > 0 && at->object == at[-1].object ? mesh[k - 1] : mesh_of(w, at->object);
+        corner[k] = mesh[k]->triangle[at->triangle];
+        __builtin_prefetch(corner[k]);
     }
     for (uint32_t k = 0; k < n; k++)
-        for (int j = 0; j < 3; j++) __builtin_prefetch(&of[k]->position[corner[k][j]]);
+        for (int j = 0; j < 3; j++) __builtin_prefetch(&mesh[k]->position[corner[k][j]]);
+    return n;
+}
+
+/* Computes all hits that wait in double and finds the nearest. */
+static void settle_all(Walk *w)
+{
+    const MeshPrim *mesh[WAITING + GROUP];
+    const uint32_t *corner[WAITING + GROUP];
+    uint32_t n = list_waiting(w, mesh, corner);
     Confirm q;
     for (uint32_t k = 0; k < n; k += DOUBLES) {
         uint32_t lanes = n - k < DOUBLES ? n - k : DOUBLES;
         for (uint32_t j = 0; j < DOUBLES; j++) {
             uint32_t at = k + (j < lanes ? j : 0);
-            put_ray(&q, j, w, lane[at]);
-            for (int c = 0; c < 3; c++) put3(q.corner[c], j, &of[at]->position[corner[at][c]]);
+            put_ray(&q, j, w, w->waiting[at].lane, w->waiting[at].object);
+            for (int c = 0; c < 3; c++) put3(q.corner[c], j, &mesh[at]->position[corner[at][c]]);
         }
         confirm_lanes(&q);
         for (uint32_t j = 0; j < lanes; j++) {
-            uint32_t i = lane[k + j];
-            w->hit[i] = (Hit){q.t[j], q.u[j], q.v[j], w->triangle[i], part_of(of[k + j], w->triangle[i]), w->object[i]};
+            const Waiting *at = &w->waiting[k + j];
+            Hit hit = {q.t[j], q.u[j], q.v[j], at->triangle, part_of(mesh[k + j], at->triangle), at->object};
+            if ((w->exact >> at->lane & 1) && !is_nearer(&hit, &w->hit[at->lane])) continue;
+            w->hit[at->lane] = hit;
+            w->exact |= (uint64_t)1 << at->lane;
         }
     }
 }
@@ -1084,7 +1138,7 @@ static void take_hits(Walk *w)
         if (w->object[i] == HIT_NONE) w->hit[i] = (Hit){.t = w->ray[i].tmax, .object = HIT_NONE};
 }
 
-static void intersect(const World *world, const Ray *rays, Hit *hits, size_t n, Scratch *scratch)
+static void intersect(const World *world, const Ray *rays, const LeftFace *left, Hit *hits, size_t n, Scratch *scratch)
 {
     Walk w;
     w.world = world;
@@ -1092,16 +1146,17 @@ static void intersect(const World *world, const Ray *rays, Hit *hits, size_t n, 
     for (size_t at = 0; at < n; at += GROUP) {
         uint32_t count = n - at < GROUP ? (uint32_t)(n - at) : GROUP;
         if (!world->bvh.item_count || !walk_init(&w, world, rays + at, count)) {
-            kernel_scalar.intersect(world, rays + at, hits + at, count, scratch);
+            kernel_scalar.intersect(world, rays + at, NULL, hits + at, count, scratch);
             continue;
         }
         w.hit = hits + at;
+        w.left = left ? left + at : NULL;
         trace(&w, false);
         take_hits(&w);
     }
 }
 
-static void occluded(const World *world, const Ray *rays, bool *blocked, size_t n, Scratch *scratch)
+static void occluded(const World *world, const Ray *rays, const LeftFace *left, bool *blocked, size_t n, Scratch *scratch)
 {
     Walk w;
     w.world = world;
@@ -1109,9 +1164,10 @@ static void occluded(const World *world, const Ray *rays, bool *blocked, size_t 
     for (size_t at = 0; at < n; at += GROUP) {
         uint32_t count = n - at < GROUP ? (uint32_t)(n - at) : GROUP;
         if (!world->bvh.item_count || !walk_init(&w, world, rays + at, count)) {
-            kernel_scalar.occluded(world, rays + at, blocked + at, count, scratch);
+            kernel_scalar.occluded(world, rays + at, NULL, blocked + at, count, scratch);
             continue;
         }
+        w.left = left ? left + at : NULL;
         trace(&w, true);
         for (uint32_t i = 0; i < count; i++) blocked[at + i] = !(w.alive >> i & 1);
     }

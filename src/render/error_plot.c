@@ -274,7 +274,7 @@ static void draw_predicted(const Plot *plot)
             draw_value(plot, at_x(plot, r->point[i].wall_s), r->point[i].predicted, "#fff", PREDICTED);
 }
 
-/* Audited points; the last one's interval is the outcome's, wherever that is from. */
+/* Audited points; the last one shows the outcome, which knows more than its audit alone. */
 static void draw_audited(const Plot *plot)
 {
     const ErrorReport *r = plot->report;
@@ -282,9 +282,9 @@ static void draw_audited(const Plot *plot)
         const CurvePoint *p = &r->point[i];
         double x = at_x(plot, p->wall_s);
         if (!shows(p->wall_s)) continue;
-        if (p->audited) draw_bar(plot, x, &p->audit, AUDITED);
-        else if (i + 1 == r->count) draw_bar(plot, x, &r->rmse, PREDICTED);
-        if (p->audited) draw_value(plot, x, p->audit.value, AUDITED, AUDITED);
+        const Estimate *e = i + 1 == r->count ? &r->rmse : &p->audit;
+        if (p->audited || e == &r->rmse) draw_bar(plot, x, e, p->audited ? AUDITED : PREDICTED);
+        if (p->audited) draw_value(plot, x, e->value, AUDITED, AUDITED);
     }
     const CurvePoint *end = &r->point[r->count - 1];
     if (!r->has_reference || !shows(end->wall_s) || !shows(r->reference.value)) return;

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # How far the error that rt reports can be trusted: scenes x seeds x budgets, each picture's reported RMSE and 95 % interval
 # beside its true RMSE, which tests/bench/reference finds with plain random samples.
-#   tests/bench/calibration.sh [SCENE...]     SEEDS=10 SIZE=128x128 SAMPLES=1024 (of each half of the reference)
-# Budgets are 9 and 32 samples a pixel, and --error with 0.7 of what 32 samples give in that scene. References are kept
+#   tests/bench/calibration.sh [SCENE...]     SEEDS=10 SIZE=256x256 SAMPLES=512 (of each half of the reference)
+# Budgets are 9 and 25 samples a pixel, and --error with 0.7 of what 25 samples give in that scene. References are kept
 # under build/calibration until the scene draws another picture. A table to standard output, a row for each run to
 # build/calibration.csv. Fails if the interval holds the truth in fewer than 90 or more than 99 % of all runs or in fewer
 # than 75 % of a scene's, if the reported RMSE is off by 5 % on average, or if the median of high / low is above 1.5.
@@ -11,7 +11,7 @@
 # standard error, the last column, isn't small beside the interval, SAMPLES is too small.
 cd "$(dirname "$0")/../.." || exit 1
 rt=${RT:-./rt} reference=build/release/tests/bench/reference
-seeds=${SEEDS:-10} size=${SIZE:-128x128} samples=${SAMPLES:-1024} out=build/calibration csv=build/calibration.csv
+seeds=${SEEDS:-10} size=${SIZE:-256x256} samples=${SAMPLES:-512} out=build/calibration csv=build/calibration.csv
 mkdir -p $out
 scenes=("$@")
 [ $# -gt 0 ] || scenes=(tests/golden/{phong,lights,light_inside,mirrors,mirror_depth,csg_union,csg_diff,csg_mesh,prim_torus}.lua
@@ -63,8 +63,8 @@ for scene in "${scenes[@]}"; do
     name=$(basename "$scene" .lua)
     make_reference "$scene" "$name"
     judge "$scene" "$name" "9 samples" -s 9
-    judge "$scene" "$name" "32 samples" -s 32
-    goal=$(awk -F, -v name="$name" '$1 == name && $2 == "32 samples" { sum += $5; n++ } END { printf "%.2g", 0.7 * sum / n }' $csv)
+    judge "$scene" "$name" "25 samples" -s 25
+    goal=$(awk -F, -v name="$name" '$1 == name && $2 == "25 samples" { sum += $5; n++ } END { printf "%.2g", 0.7 * sum / n }' $csv)
     judge "$scene" "$name" "error goal" --error "$goal"
 done
 
@@ -98,7 +98,7 @@ sort -s -t, -k1,1 $csv | awk -F, -v seeds="$seeds" '
         printf "%-24s %5s %10s %10s %8s %9s %11s\n", "scene", "runs", "covers", "bias", "high/low", "true RMSE", "its error"
         for (i = 1; i <= scenes; i++) row(order[i])
         print ""
-        row("9 samples"); row("32 samples"); row("error goal")
+        row("9 samples"); row("25 samples"); row("error goal")
         middle = row("all")
         for (i = 1; i <= scenes; i++)
             if (held[order[i]] < 0.75 * runs[order[i]]) { print "not held: 75 % of the runs of " order[i]; failed = 1 }

@@ -3,12 +3,13 @@
 #   adaptive    its time over the fixed run's at the same error, median and greatest
 #   povray      POV-Ray's time over rt's at the same error, median and least; rt's is the better of its two curves
 # by processor time and, in brackets, by the clock. Times between two runs are interpolated, both axes logarithmic; beyond
-# the last run there is none, and an error that rt's shortest run already beats is given that run's time.
+# the last run there is none, and an error that rt's shortest run already beats is given that run's time. Runs whose error is
+# known to no better than 10 % are left out: the reference is too noisy for them.
 BEGIN { FS = "," }
 
 FNR == 1 { next }
 
-$6 > 0 {
+$7 < 0.1 * $6 {
     if (!($1 in seen)) { seen[$1]; order[++scenes] = $1 }
     key = $1 "," $2
     n = ++count[key]

@@ -26,9 +26,9 @@ make_reference() {
     "$rt" -q -s 1 --no-audit --size ${size}x$size -o $out/centre.pfm "$1" || die "$1 doesn't render"
     local state
     state=$(cksum <$out/centre.pfm)
-    truth=$out/$2-$size-$samples-${state%% *}
+    truth=$out/${2//\//-}-$size-$samples-${state%% *}
     [ -e $truth-2.pfm ] && return
-    rm -f $out/$2-$size-$samples-*.pfm
+    rm -f "$out/${2//\//-}-$size-$samples"-*.pfm
     $reference make "$1" ${size}x$size $samples $truth || die "$1 has no reference"
 }
 
@@ -36,9 +36,9 @@ make_reference() {
 make_povray_reference() {
     local state factor half=1
     state=$(cksum <$out/scene.pov)
-    truth=$out/$1-$size-povray-${state%% *}
+    truth=$out/${1//\//-}-$size-povray-${state%% *}
     [ -e $truth-2.pfm ] && return
-    rm -f $out/$1-$size-povray-*.pfm
+    rm -f "$out/${1//\//-}-$size-povray"-*.pfm
     for factor in 3 4; do
         run_povray $out/scene.pov $((factor * size)) $threads +FN16 +AM1 +A0.0 +R4 -J >$out/log 2>&1 &&
             $reference shrink $out/povray.png $factor $truth-$half.pfm || die "POV-Ray's $1 has no reference"
@@ -87,8 +87,8 @@ echo "scene,program,setting,wall_s,cpu_s,rmse,rmse_error" >$csv
 for scene in "${scenes[@]}"; do
     name=$(basename "$(dirname "$scene")")/$(basename "$scene" .lua)
     echo "$name" >&2
-    rt_curves "$scene" "${name//\//-}"
-    povray_curves "$scene" "${name//\//-}"
+    rt_curves "$scene" "$name"
+    povray_curves "$scene" "$name"
 done
 awk -f tests/bench/error_time.awk $csv
 echo "The runs are $csv"

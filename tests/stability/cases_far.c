@@ -101,7 +101,7 @@ static void shoot(Row *row, Rng *rng, const Shape *shape, uint64_t seed, Scratch
         Vec3 d = vec3_sub(vec3_at(place, size, aim), origin[i]);
         ray[i] = (Ray){vec3_scale(origin[i], world), vec3_scale(d, world), 0, INFINITY};
     }
-    world_intersect(f.world, ray, hit, RAYS, scratch);
+    world_intersect(f.world, ray, NULL, hit, RAYS, scratch);
     for (int i = 0; i < RAYS; i++) {
         Ray own = own_ray(origin[i], vec3_scale(ray[i].d, 1 / world), place, size);
         judge(row, shape, &own, &hit[i], QUAD_SPACINGS * spacing / size, seed);

@@ -42,6 +42,7 @@
 #include <string.h>
 
 #include "common/numeric.h"
+#include "node/csg/csg_data.h"
 
 #define NONE UINT32_MAX
 
@@ -51,62 +52,12 @@ enum {
     MATRIX_ROUNDINGS = 16,
     /* The slab test has three roundings of (plane - origin), and the origin is within five times the reach. */
     SLAB_ROUNDINGS = 32,
-    /* A ray that starts farther away than so many times the reach is moved to the solid first. */
-    FAR_ORIGIN = 4,
     ASIDE_STEPS = 12,
     LEAVES_PER_NODE = 4,
     LOCAL_EVENTS = 24,   /* as many live on the stack */
     LOCAL_GATES = 16,
     INSERTION_MAX = 24,  /* sorted by insertion up to here, by merging above */
 };
-
-typedef struct {
-    Affine to_leaf;
-    Vec3 spread;         /* the part of the place's error in leaf space that doesn't depend on the ray */
-    const Prim *prim;
-    uint32_t gate;
-    bool flip;           /* its complement counts */
-    bool identity;
-    bool coarse;         /* its place may be off by more than the slopes that SegList.along tells apart */
-    uint32_t shown;
-    Affine to_csg;
-    Box bounds;          /* leaf space */
-    Vec3 skin;           /* CSG space: how far its matrix may be off, and more */
-} Leaf;
-
-/* On if at least `threshold` of its operands are: 1 makes it an OR, their number an AND. */
-typedef struct { uint32_t parent, threshold; } Gate;
-
-typedef struct {
-    uint32_t count;
-    bool settled;        /* its state before the present group of events */
-} GateState;
-
-/* In preorder; `skip` is the next one outside the subtree. */
-typedef struct {
-    Box box;
-    uint32_t skip;
-    uint32_t first, count;  /* items of a leaf; count 0: inner */
-} Node;
-
-typedef struct {
-    Box box;
-    uint32_t leaf;
-} Item;
-
-typedef struct {
-    Prim prim;
-    Leaf *leaf;
-    Gate *gate;
-    GateState *idle;     /* of all gates, at t = -infinity */
-    Node *node;
-    Item *item;          /* leaves that can matter, in the order of the nodes */
-    CsgToken *token;     /* none of them a CSG primitive */
-    uint32_t leaf_count, gate_count, node_count, item_count, token_count;
-    Box bounds;
-    Vec3 centre;
-    double reach;
-} Csg;
 
 static const PrimOps OPS;
 
@@ -142,7 +93,7 @@ static Vec3 reciprocal(Vec3 a) { return vec3_make(1 / a.x, 1 / a.y, 1 / a.z); }
  * of this is the same for all leaves, so faces stay as near to each other as if the ray had started there. */
 static double move_origin(const Csg *csg, Vec3 *o, Vec3 d)
 {
-    if (largest(vec3_abs(*o)) <= FAR_ORIGIN * csg->reach) return 0;
+    if (largest(vec3_abs(*o)) <= CSG_FAR_ORIGIN * csg->reach) return 0;
     double m = largest(vec3_abs(d)), k = m > 1e-100 && m < 1e100 ? 1 : vec3_pow2_scale(d);
     Vec3 e = vec3_scale(d, k);
     double shift = vec3_dot(vec3_sub(csg->centre, *o), e) / vec3_dot(e, e) * k;
@@ -196,13 +147,13 @@ static bool reserve_events(Trace *tr, uint32_t more)
 
 /* Bound on the error, in leaf space, of the places on the ray up to |t|: what the ray's transform rounds (Higham 2002,
  * section 3.5) and what the leaf's matrix is off. */
-static Vec3 place_error(const Leaf *leaf, Vec3 o, Vec3 d, double t)
+static Vec3 place_error(const CsgLeaf *leaf, Vec3 o, Vec3 d, double t)
 {
     Vec3 reach = vec3_at(vec3_abs(o), t, vec3_abs(d));
     return vec3_at(leaf->spread, GAMMA(4), affine_abs_vector(&leaf->to_leaf, reach));
 }
 
-static Ray leaf_ray(const Leaf *leaf, Vec3 o, Vec3 d)
+static Ray leaf_ray(const CsgLeaf *leaf, Vec3 o, Vec3 d)
 {
     if (leaf->identity) return (Ray){o, d, -INFINITY, INFINITY};
     return (Ray){affine_point(&leaf->to_leaf, o), affine_vector(&leaf->to_leaf, d), -INFINITY, INFINITY};
@@ -268,7 +219,7 @@ static Vec3 box_corner(Vec3 half, unsigned corner)
 /* Whether the lines beside one, moved by the error of the place along all axes, all have as many parts in the leaf: a
  * plane with the normal n is off by |n|.e at most, and some of the eight are moved by all of that. Widens the events, of
  * segments from `first` on, if there are any. False in *ok without memory. */
-static bool is_clear(Trace *tr, const Leaf *leaf, const Ray *ray, Vec3 e, uint32_t parts, uint32_t first, Event *event,
+static bool is_clear(Trace *tr, const CsgLeaf *leaf, const Ray *ray, Vec3 e, uint32_t parts, uint32_t first, Event *event,
                      bool *ok)
 {
     bool clear = true;
@@ -324,7 +275,7 @@ static Event *narrow_events(Trace *tr, uint32_t first, Vec3 d, Vec3 place_err)
 
 /* Takes from the intervals of a leaf's events what is outside its box: on a face nearly in the ray's direction a bound may
  * reach anywhere, but the leaf is not there. */
-static void cap_events(const Trace *tr, const Leaf *leaf, const Ray *ray, Vec3 place_err, uint32_t first)
+static void cap_events(const Trace *tr, const CsgLeaf *leaf, const Ray *ray, Vec3 place_err, uint32_t first)
 {
     Event *event = tr->event + tr->count - 2 * (tr->segs.count - first), *end = tr->event + tr->count;
     double near = -INFINITY, far = INFINITY;
@@ -359,7 +310,8 @@ static bool are_alike(const Trace *tr, uint32_t first, Vec3 d, Vec3 place_err)
 
 /* Finds the segments, appended from `first` on, of the line moved least that has the parts of the line beside: of those
  * toward the corners of the error, or, if it must be, that one itself. *moved gets how far it was moved. */
-static bool move_least(Trace *tr, const Leaf *leaf, const Ray *ray, const Ray *beside, Vec3 e, uint32_t first, Vec3 *moved)
+static bool move_least(Trace *tr, const CsgLeaf *leaf, const Ray *ray, const Ray *beside, Vec3 e, uint32_t first,
+                       Vec3 *moved)
 {
     Ray line = *ray;
     *moved = vec3_make(0, 0, 0);
@@ -379,7 +331,7 @@ static bool move_least(Trace *tr, const Leaf *leaf, const Ray *ray, const Ray *b
 /* Replaces the segments of a leaf that isn't passed clearly by those of a line moved aside. */
 static bool pass_aside(Trace *tr, uint32_t index, const Ray *ray, Vec3 e, uint32_t first)
 {
-    const Leaf *leaf = &tr->csg->leaf[index];
+    const CsgLeaf *leaf = &tr->csg->leaf[index];
     Vec3 aside = affine_vector(&leaf->to_leaf, ASIDE), moved;
     double step = ASIDE_FIRST * largest(affine_abs_vector(&leaf->to_csg, e));
     Ray line = *ray;
@@ -408,7 +360,7 @@ static bool pass_aside(Trace *tr, uint32_t index, const Ray *ray, Vec3 e, uint32
 /* Looks again at a leaf that the ray passes along a face of or at little slope. */
 static bool collect_beside(Trace *tr, uint32_t index, const Ray *ray, uint32_t first)
 {
-    const Leaf *leaf = &tr->csg->leaf[index];
+    const CsgLeaf *leaf = &tr->csg->leaf[index];
     double way = (largest(vec3_abs(tr->o)) + tr->csg->reach) / largest(vec3_abs(tr->d));
     Vec3 e = place_error(leaf, tr->o, tr->d, way);
     if (!(largest(e) < INFINITY)) return true;
@@ -424,7 +376,7 @@ static bool collect_beside(Trace *tr, uint32_t index, const Ray *ray, uint32_t f
 /* Appends the crossings of one leaf. */
 static bool collect_leaf(Trace *tr, uint32_t index)
 {
-    const Leaf *leaf = &tr->csg->leaf[index];
+    const CsgLeaf *leaf = &tr->csg->leaf[index];
     Ray ray = leaf_ray(leaf, tr->o, tr->d);
     uint32_t first = tr->segs.count;
     tr->segs.along = leaf->coarse;
@@ -443,13 +395,13 @@ static bool collect(Trace *tr)
     const Csg *csg = tr->csg;
     bool test_nodes = csg->node_count > 1;
     for (uint32_t i = 0; i < csg->node_count;) {
-        const Node *node = &csg->node[i];
+        const CsgNode *node = &csg->node[i];
         if (test_nodes && !line_meets(tr, node->box)) {
             i = node->skip;
             continue;
         }
         for (uint32_t k = 0; k < node->count; k++) {
-            const Item *item = &csg->item[node->first + k];
+            const CsgItem *item = &csg->item[node->first + k];
             if (line_meets(tr, item->box) && !collect_leaf(tr, item->leaf)) return false;
         }
         i++;
@@ -496,13 +448,13 @@ static inline void sort_events(const Event *event, uint32_t *order, uint32_t n, 
     }
 }
 
-static bool gate_is_on(const Csg *csg, const GateState *state, uint32_t gate)
+static bool gate_is_on(const Csg *csg, const CsgState *state, uint32_t gate)
 {
     return state[gate].count >= csg->gate[gate].threshold;
 }
 
 /* The literal of a leaf goes on or off: counts it up the tree as far as states change. */
-static void switch_leaf(const Csg *csg, GateState *state, const Leaf *leaf, bool on)
+static void switch_leaf(const Csg *csg, CsgState *state, const CsgLeaf *leaf, bool on)
 {
     for (uint32_t g = leaf->gate; g != NONE; g = csg->gate[g].parent) {
         bool was = gate_is_on(csg, state, g);
@@ -513,14 +465,14 @@ static void switch_leaf(const Csg *csg, GateState *state, const Leaf *leaf, bool
 
 /* Whether all gates from the leaf to the root have gone `on` in this group: then the leaf's face is one of the result.
  * (A face of A in (A x B) + C that happens to lie on C, away from B, is not.) */
-static bool carries_to_root(const Csg *csg, const GateState *state, const Leaf *leaf, bool on)
+static bool carries_to_root(const Csg *csg, const CsgState *state, const CsgLeaf *leaf, bool on)
 {
     for (uint32_t g = leaf->gate; g != NONE; g = csg->gate[g].parent)
         if (state[g].settled == on || gate_is_on(csg, state, g) != on) return false;
     return true;
 }
 
-static void settle(const Csg *csg, GateState *state, const Leaf *leaf)
+static void settle(const Csg *csg, CsgState *state, const CsgLeaf *leaf)
 {
     for (uint32_t g = leaf->gate; g != NONE; g = csg->gate[g].parent) {
         bool on = gate_is_on(csg, state, g);
@@ -536,7 +488,7 @@ static bool event_switches_on(const Csg *csg, const Event *event)
 }
 
 /* One event alone: the common case. Returns it if it shows in the result, else NONE. */
-static uint32_t pass_single(const Trace *tr, GateState *state, uint32_t index)
+static uint32_t pass_single(const Trace *tr, CsgState *state, uint32_t index)
 {
     const Csg *csg = tr->csg;
     const Event *event = &tr->event[index];
@@ -560,7 +512,7 @@ static uint32_t better_shown(const Trace *tr, uint32_t shown, uint32_t other, do
 }
 
 /* A group of events, in place of one. Returns the one that shows, one of those that carry to the root, or NONE. */
-static uint32_t pass_group(const Trace *tr, GateState *state, uint32_t *group, uint32_t n, uint32_t *room)
+static uint32_t pass_group(const Trace *tr, CsgState *state, uint32_t *group, uint32_t n, uint32_t *room)
 {
     const Csg *csg = tr->csg;
     sort_events(tr->event, group, n, room, before_by_leaf);
@@ -598,7 +550,7 @@ static bool resolve(Trace *tr)
 {
     const Csg *csg = tr->csg;
     uint32_t n = tr->count;
-    GateState local_state[LOCAL_GATES], *state = local_state;
+    CsgState local_state[LOCAL_GATES], *state = local_state;
     tr->order = tr->local_order;
     if (n > LOCAL_EVENTS) tr->order = arena_alloc(tr->scratch->arena, 2 * (size_t)n * sizeof *tr->order);
     if (csg->gate_count > LOCAL_GATES) state = arena_alloc(tr->scratch->arena, csg->gate_count * sizeof *state);
@@ -690,7 +642,7 @@ static bool csg_occluded(const Prim *prim, const Ray *ray, Scratch *scratch)
 /* An edge of the result in the terms of the ray as given. */
 static Edge result_edge(const Trace *tr, const Ray *ray, const Event *event)
 {
-    const Leaf *leaf = &tr->csg->leaf[event->leaf];
+    const CsgLeaf *leaf = &tr->csg->leaf[event->leaf];
     Edge edge = *event_edge(tr, event);
     Vec3 n = leaf->identity ? edge.n : affine_normal(&leaf->to_leaf, edge.n);
     edge.n = leaf->flip ? vec3_neg(n) : n;
@@ -718,10 +670,10 @@ static bool csg_segments(const Prim *prim, const Ray *ray, SegList *list)
     return true;
 }
 
-static void csg_surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *surface)
+static void csg_surface(const Prim *prim, const Ray *ray, const Hit *hit, bool uv, Surface *surface)
 {
     const Csg *csg = (const Csg *)prim;
-    const Leaf *leaf = &csg->leaf[hit->leaf];
+    const CsgLeaf *leaf = &csg->leaf[hit->leaf];
     Vec3 o = ray->o;
     double shift = move_origin(csg, &o, ray->d);
     /* A ray that was moved aside is taken as given: the leaf puts the point onto its surface all the same. */
@@ -731,7 +683,7 @@ static void csg_surface(const Prim *prim, const Ray *ray, const Hit *hit, Surfac
     Hit leaf_hit = *hit;
     leaf_hit.t -= shift;
     leaf_hit.leaf = 0;
-    leaf->prim->ops->surface(leaf->prim, &in_leaf, &leaf_hit, surface);
+    leaf->prim->ops->surface(leaf->prim, &in_leaf, &leaf_hit, uv, surface);
     if (!leaf->identity) {
         surface->p_err = affine_point_error(&leaf->to_csg, surface->p, surface->p_err);
         surface->p = affine_point(&leaf->to_csg, surface->p);
@@ -802,7 +754,7 @@ static bool is_identity(const Affine *a)
 static Vec3 translation(const Affine *a) { return vec3_make(a->m[0][3], a->m[1][3], a->m[2][3]); }
 
 /* Fills a leaf; false if its matrix can't be inverted. */
-static bool leaf_init(Leaf *leaf, const CsgToken *token)
+static bool leaf_init(CsgLeaf *leaf, const CsgToken *token)
 {
     leaf->prim = token->prim;
     leaf->to_csg = token->to_csg;
@@ -815,6 +767,8 @@ static bool leaf_init(Leaf *leaf, const CsgToken *token)
     Vec3 place = vec3_add(affine_abs_vector(&leaf->to_csg, reach), vec3_abs(translation(&leaf->to_csg)));
     Vec3 constant = vec3_scale(vec3_abs(translation(&leaf->to_leaf)), GAMMA(4));
     leaf->spread = vec3_at(constant, GAMMA(MATRIX_ROUNDINGS), affine_abs_vector(&leaf->to_leaf, place));
+    leaf->spread_most = largest(leaf->spread);
+    leaf->growth = GAMMA(4) * largest(affine_abs_vector(&leaf->to_leaf, vec3_make(1, 1, 1)));
     leaf->skin = vec3_scale(place, 4 * GAMMA(MATRIX_ROUNDINGS));
     return true;
 }
@@ -827,7 +781,7 @@ static bool build_up(Csg *csg, Work *work, uint32_t *bad)
         const CsgToken *token = &csg->token[i];
         Work *w = &work[i];
         if (token->is_leaf) {
-            Leaf *leaf = &csg->leaf[leaves];
+            CsgLeaf *leaf = &csg->leaf[leaves];
             if (!leaf_init(leaf, token)) {
                 *bad = i;
                 return false;
@@ -858,7 +812,7 @@ static void gate_add_operand(Csg *csg, uint32_t gate, bool flip, bool is_and)
 static void build_down(Csg *csg, Work *work, bool *gate_is_and)
 {
     uint32_t root = csg->token_count - 1;
-    csg->gate[0] = (Gate){.parent = NONE};
+    csg->gate[0] = (CsgGate){.parent = NONE};
     gate_is_and[0] = !csg->token[root].is_leaf && csg->token[root].op != CSG_UNION;
     csg->gate_count = 1;
     work[root].shown = NONE;
@@ -867,7 +821,7 @@ static void build_down(Csg *csg, Work *work, bool *gate_is_and)
         const CsgToken *token = &csg->token[i];
         Work *w = &work[i];
         if (token->is_leaf) {
-            Leaf *leaf = &csg->leaf[w->first_leaf];
+            CsgLeaf *leaf = &csg->leaf[w->first_leaf];
             leaf->gate = w->gate;
             leaf->flip = w->flip;
             leaf->shown = w->shown == NONE ? w->first_leaf : w->shown;
@@ -877,7 +831,7 @@ static void build_down(Csg *csg, Work *work, bool *gate_is_and)
         bool is_and = (token->op != CSG_UNION) != w->flip;
         if (is_and != gate_is_and[w->gate]) {
             uint32_t gate = csg->gate_count++;
-            csg->gate[gate] = (Gate){.parent = w->gate};
+            csg->gate[gate] = (CsgGate){.parent = w->gate};
             gate_is_and[gate] = is_and;
             gate_add_operand(csg, w->gate, w->flip, !is_and);
             w->gate = gate;
@@ -897,7 +851,7 @@ static void build_down(Csg *csg, Work *work, bool *gate_is_and)
 
 typedef struct {
     double key;
-    Item item;
+    CsgItem item;
 } SortItem;
 
 static int compare_items(const void *a, const void *b)
@@ -913,13 +867,13 @@ static Vec3 box_middle(Box b) { return vec3_add(vec3_scale(b.lo, 0.5), vec3_scal
  * as deep as the logarithm of their number. */
 static void build_node(Csg *csg, SortItem *item, uint32_t first, uint32_t count)
 {
-    Node *node = &csg->node[csg->node_count++];
+    CsgNode *node = &csg->node[csg->node_count++];
     Box box = box_empty(), middles = box_empty();
     for (uint32_t i = first; i < first + count; i++) {
         box = box_union(box, item[i].item.box);
         middles = box_add_point(middles, box_middle(item[i].item.box));
     }
-    *node = (Node){.box = box};
+    *node = (CsgNode){.box = box};
     if (count <= LEAVES_PER_NODE) {
         node->first = first;
         node->count = count;
@@ -934,11 +888,11 @@ static void build_node(Csg *csg, SortItem *item, uint32_t first, uint32_t count)
     node->skip = csg->node_count;
 }
 
-/* Whether a leaf's place is known so badly, for rays from as far as FAR_ORIGIN times the reach, that lines which SegList
- * .along says nothing of may be in its faces. */
-static bool is_coarse(const Leaf *leaf, double reach)
+/* Whether a leaf's place is known so badly, for rays from as far as CSG_FAR_ORIGIN times the reach, that lines which
+ * SegList.along says nothing of may be in its faces. */
+static bool is_coarse(const CsgLeaf *leaf, double reach)
 {
-    Vec3 far = vec3_scale(vec3_make(reach, reach, reach), 2 * FAR_ORIGIN + 1), still = {0, 0, 0};
+    Vec3 far = vec3_scale(vec3_make(reach, reach, reach), 2 * CSG_FAR_ORIGIN + 1), still = {0, 0, 0};
     Vec3 e = place_error(leaf, far, still, 0), extent = vec3_sub(leaf->bounds.hi, leaf->bounds.lo);
     return !(e.x <= ALONG * extent.x && e.y <= ALONG * extent.y && e.z <= ALONG * extent.z);
 }
@@ -1022,6 +976,8 @@ Prim *csg_create(const CsgToken *tokens, size_t count, size_t *bad, Err *err)
     }
     return &csg->prim;
 }
+
+const Csg *csg_data(const Prim *prim) { return prim->ops == &OPS ? (const Csg *)prim : NULL; }
 
 uint32_t csg_shown_leaf(const Prim *csg, uint32_t leaf) { return ((const Csg *)csg)->leaf[leaf].shown; }
 
