@@ -13,7 +13,7 @@
 #include "render/error_map.h"
 
 /* A replicate has 1 << level samples of a pixel: such numbers are stratified best. */
-enum { MAX_LEVEL = 20, LEVELS = MAX_LEVEL + 1, GROWTH = 2 };   /* a round adds at most GROWTH levels */
+enum { MAX_LEVEL = 20, LEVELS = MAX_LEVEL + 1, GROWTH = 3 };   /* a round adds at most GROWTH levels */
 
 /* Spreads fall into 8 bins an octave: error_code's exponent and 3 bits. */
 enum { SPREAD_SHIFT = 5, SPREAD_BINS = (UINT16_MAX + 1) >> SPREAD_SHIFT };
