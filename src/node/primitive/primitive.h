@@ -13,7 +13,7 @@ Prim *torus_create(double minor);  /* axis y, major radius 1; minor > 0, above 1
 
 /* For kernels: a torus' minor radius, and whether a point is outside its surface for certain (for a spindle: or in the
  * inner lens, which has a surface of its own). */
-double torus_minor(const Prim *torus);
-bool torus_is_outside(const Prim *torus, Vec3 p);
+double torus_minor(const Prim *prim);
+bool torus_is_outside(const Prim *prim, Vec3 p);
 
 #endif
