@@ -122,11 +122,11 @@ typedef struct {
 
 static void compare(Comparison *c, const World *world, const Ray *ray, int n, int number, int kind, Scratch *scratch)
 {
-    kernel_scalar.intersect(world, ray, c->want, (size_t)n, scratch);
-    kernel_scalar.occluded(world, ray, c->stopped, (size_t)n, scratch);
+    kernel_scalar.intersect(world, ray, NULL, c->want, (size_t)n, scratch);
+    kernel_scalar.occluded(world, ray, NULL, c->stopped, (size_t)n, scratch);
     for (uint32_t k = 0; k < c->count; k++) {
-        c->list[k]->intersect(world, ray, c->got, (size_t)n, scratch);
-        c->list[k]->occluded(world, ray, c->as, (size_t)n, scratch);
+        c->list[k]->intersect(world, ray, NULL, c->got, (size_t)n, scratch);
+        c->list[k]->occluded(world, ray, NULL, c->as, (size_t)n, scratch);
         for (int i = 0; i < n; i++) {
             if (equal(&c->want[i], &c->got[i]) && c->stopped[i] == c->as[i]) continue;
             const Hit *want = &c->want[i], *got = &c->got[i];
