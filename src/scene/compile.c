@@ -628,7 +628,8 @@ static bool is_shared(const Compile *c, const Geometry *g)
     return made_mesh(c, g->mesh, false) != NULL;
 }
 
-/* Meshes that aren't to be baked or placed get their primitives. */
+/* Meshes that aren't to be baked or placed get their primitives: mountains, too, as corners of theirs that lie on other
+ * faces' edges would be rounded off them. */
 static bool make_mesh_prims(Compile *c)
 {
     uint64_t left = BAKE_TRIANGLES_ALL;
@@ -636,8 +637,9 @@ static bool make_mesh_prims(Compile *c)
         Geometry *g = &c->memory->geometry[i];
         if (!g->mesh) continue;
         uint64_t most = left < BAKE_TRIANGLES ? left : BAKE_TRIANGLES, size = g->mesh->triangle_count;
-        g->bake = size * g->uses <= most;
-        g->place = !g->bake && size > BAKE_TRIANGLES && g->uses == 1 && !is_shared(c, g);
+        bool may = !is_mountain(g->node);
+        g->bake = may && size * g->uses <= most;
+        g->place = may && !g->bake && size > BAKE_TRIANGLES && g->uses == 1 && !is_shared(c, g);
         if (g->bake) left -= size * g->uses;
         if (g->bake || g->place) continue;
         g->prim = mesh_prim(c, g->mesh, false);
