@@ -428,6 +428,18 @@ static bool csg_tokens(Compile *c, const Node *csg, CsgWalk *w)
     return true;
 }
 
+/* Puts a line before the error: that of the operand with the token `bad`, or of the whole if there is none. */
+static void blame_operand(Compile *c, const Node *csg, const CsgWalk *w, size_t bad)
+{
+    if (bad >= w->token_count) {
+        err_prefix(c->err, csg->where);
+        return;
+    }
+    uint64_t leaf = 0;
+    for (size_t i = 0; i < bad; i++) leaf += w->token[i].is_leaf;
+    blame(c, w->leaf_node[leaf], ERR_SCENE, "has, as an operand, a singular matrix, or one too extreme to be inverted");
+}
+
 static bool make_csg(Compile *c, Geometry *g)
 {
     CsgWalk w = {0};
@@ -437,7 +449,7 @@ static bool make_csg(Compile *c, Geometry *g)
         g->prim = csg_create(w.token, w.token_count, &bad, c->err);
         g->csg = true;
         ok = g->prim != NULL;
-        if (!ok && bad != SIZE_MAX) err_prefix(c->err, g->node->where);
+        if (!ok) blame_operand(c, g->node, &w, bad);
     }
     if (ok) {
         g->leaf_node = w.leaf_node;
@@ -511,11 +523,7 @@ static bool too_many(Compile *c, const Node *node)
 
 static bool add_object(Compile *c, const Node *node, const Affine *to_world)
 {
-    if (c->object_count >= c->object_limit) {
-        err_set(c->err, ERR_LIMIT, "the scene has more than %" PRIu64 " objects, the limit by this machine's memory",
-                c->object_limit);
-        return err_prefix(c->err, node->where);
-    }
+    if (c->object_count >= c->object_limit) return too_many(c, node);
     Geometry *g = geometry(c, node);
     if (!g) return false;
     if (!grow(&c->objects, sizeof *c->objects, c->object_count + 1, &c->object_capacity)) return out_of_memory(c);
@@ -565,11 +573,15 @@ static bool count_symbol(void *context, SymbolMeaning meaning, const Affine *pla
     return ++n->count <= n->limit;
 }
 
-/* Counting takes a tenth of the time that drawing takes and no memory, so a tree that is far too large ends at once. */
+/* A tree that is far too large for certain ends at once. For others counting takes a tenth of the time that drawing takes,
+ * and no memory. */
 static bool count_tree(Compile *c, const Node *node)
 {
     SymbolCount n = {0, c->object_limit - c->object_count};
     *c->err = (Err){0};
+    LsystemCount fewest;
+    if (!lsystem_fewest(node->tree.grammar->loaded, node->tree.depth, &fewest, c->err)) return blame_file(c, node);
+    if (fewest.drawn > n.limit) return too_many(c, node);
     if (lsystem_walk(node->tree.grammar->loaded, node->tree.depth, node->tree.seed,
                      SYMBOLS_PER_OBJECT * c->object_limit, count_symbol, &n, c->err))
         return true;

@@ -235,6 +235,7 @@ static const struct {
     {"certain to vanish", "X\nX 0 X X\n", "40", ERR_NONE, 0, NULL, 0},
     {"2^40 symbols", "F\ntrunk F 1 1 1\nF 1 F F\n", "40", ERR_LIMIT, 4, " objects, the limit by this machine's memory", 0},
     {"2^40 symbols of two that are cyclic", "F\ntrunk F 1 1 1\nF 1 G G\nG 1 F F\n", "40", ERR_LIMIT, 4, "limit", 0},
+    {"2^60 symbols that only grow", "X\nX 1 X X\n", "60", ERR_LIMIT, 4, " symbols", 0},
     {"size 0", "F\ntrunk F 1 0 1\n", "1", ERR_INPUT, 2, "is no size", 0},
     {"sizes that overflow", "F\ntrunk F 1 1e308 1\nF 1 F F\n", "4", ERR_SCENE, 1, "reaches beyond the range of numbers", 0},
 };
