@@ -73,6 +73,7 @@ typedef struct ScaledMesh {
     const Mesh *from;
     Mesh mesh;
     int exponent;
+    Texture *height_bands;   /* of a mountain */
     Vec3 position[];
 } ScaledMesh;
 
@@ -116,6 +117,7 @@ typedef struct {
     uint32_t made_count, made_capacity;
     uint32_t shading_count;
     uint32_t nesting;                /* of trees being drawn */
+    bool beyond_floats;              /* an object's own coordinates are: of a CSG solid or a torus */
 } Compile;
 
 /* Grows *array to hold at least `least` items. */
@@ -262,13 +264,21 @@ static bool load_texture(Compile *c, const Node *node)
 
 static bool is_mountain(const Node *node) { return node->kind == NODE_MESH && node->mesh->kind == MESH_MOUNTAIN; }
 
+static const ScaledMesh *scaled_mesh(const Compile *c, const Mesh *from)
+{
+    const ScaledMesh *s = c->memory->scaled;
+    while (s && s->from != from) s = s->next;
+    return s;
+}
+
 /* How a node's own surface looks. */
 static Shading shading_of(const Compile *c, const Node *node)
 {
     Shading s = {node->material, node->texture ? node->texture->loaded : NULL, node->bump};
     if (is_mountain(node)) {
         if (!s.material) s.material = c->memory->plain;
-        if (!s.texture) s.texture = node->mesh->height_bands;
+        const ScaledMesh *scaled = scaled_mesh(c, node->mesh->loaded);
+        if (!s.texture) s.texture = scaled ? scaled->height_bands : node->mesh->height_bands;
     }
     return s;
 }
@@ -281,30 +291,38 @@ static bool check_look(Compile *c, const Node *node)
 
 static Vec3 vec3_ldexp(Vec3 a, int e) { return vec3_make(ldexp(a.x, e), ldexp(a.y, e), ldexp(a.z, e)); }
 
-/* The node's mesh in floats' range, and the power of two that its objects' matrices must be multiplied by. A mountain
- * stays as it is: its colours go by its heights. NULL without memory. */
+/* The mesh divided by 2^exponent, and a mountain's colours, which go by its heights, with it. NULL without memory. */
+static const ScaledMesh *scale_mesh(Compile *c, const Node *node, Box bounds, int exponent)
+{
+    const Mesh *from = node->mesh->loaded;
+    ScaledMesh *s = malloc(sizeof *s + from->position_count * sizeof *s->position);
+    Texture *bands = is_mountain(node) ? height_texture_create(ldexp(bounds.hi.y, -exponent)) : NULL;
+    if (!s || (is_mountain(node) && !bands)) {
+        texture_destroy(bands);
+        free(s);
+        out_of_memory(c);
+        return NULL;
+    }
+    *s = (ScaledMesh){c->memory->scaled, from, *from, exponent, bands};
+    for (uint32_t i = 0; i < from->position_count; i++) s->position[i] = vec3_ldexp(from->position[i], -exponent);
+    s->mesh.position = s->position;
+    c->memory->scaled = s;
+    return s;
+}
+
+/* The node's mesh in floats' range, and the power of two that its objects' matrices must be multiplied by. NULL without
+ * memory. */
 static const Mesh *mesh_in_range(Compile *c, const Node *node, int *exponent)
 {
     const Mesh *from = node->mesh->loaded;
     *exponent = 0;
     Box b = mesh_bounds(from);
-    if (is_mountain(node) || box_is_empty(b)) return from;
+    if (box_is_empty(b)) return from;
     double reach = box_reach(b);
     if (!(reach > 0) || !isfinite(reach) || abs(ilogb(reach)) <= MESH_EXPONENT) return from;
-    ScaledMesh *s = c->memory->scaled;
-    while (s && s->from != from) s = s->next;
-    if (!s) {
-        s = malloc(sizeof *s + from->position_count * sizeof *s->position);
-        if (!s) {
-            out_of_memory(c);
-            return NULL;
-        }
-        *s = (ScaledMesh){c->memory->scaled, from, *from, ilogb(reach)};
-        for (uint32_t i = 0; i < from->position_count; i++)
-            s->position[i] = vec3_ldexp(from->position[i], -s->exponent);
-        s->mesh.position = s->position;
-        c->memory->scaled = s;
-    }
+    const ScaledMesh *s = scaled_mesh(c, from);
+    if (!s) s = scale_mesh(c, node, b, ilogb(reach));
+    if (!s) return NULL;
     *exponent = s->exponent;
     return &s->mesh;
 }
@@ -807,6 +825,8 @@ static bool place_objects(Compile *c, BvhRef *ref)
         if (box_is_empty(b)) continue;
         if (!affine_inverse(&o.to_world, &o.to_object))
             return blame(c, node_of(c, &o), ERR_SCENE, "has a singular matrix, or one too extreme to be inverted");
+        double own = box_reach(o.prim->ops->bounds(o.prim));
+        c->beyond_floats = c->beyond_floats || (own > 0 && abs(ilogb(own)) > MESH_EXPONENT);
         o.in_world = memcmp(&o.to_world, &identity, sizeof identity) == 0;
         c->objects[kept] = o;
         ref[kept] = bvh_ref(boxf_from_box(b), (uint32_t)kept);
@@ -933,7 +953,8 @@ static bool compile(Compile *c, World *world)
     if (!place_lights(c, world)) return false;
     place_camera(c, world);
     c->stats->objects = c->object_count;
-    world->kernel = kernel_best(c->settings->cpu);
+    /* The others map rays to an object in float, products of which overflow there. The hits are the same. */
+    world->kernel = kernel_best(c->beyond_floats ? "scalar" : c->settings->cpu);
     world->objects = c->objects;
     world->views = c->memory->views;
     world->object_count = (uint32_t)c->object_count;
@@ -997,6 +1018,7 @@ void world_destroy(World *world)
     prim_destroy(m->baked);
     for (ScaledMesh *s = m->scaled, *next; s; s = next) {
         next = s->next;
+        texture_destroy(s->height_bands);
         free(s);
     }
     free(m->made);
