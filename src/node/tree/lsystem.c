@@ -180,8 +180,9 @@ static LsystemCount replaced(const Grammar *grammar, const Symbol *symbol, const
 bool lsystem_fewest(const Grammar *grammar, uint32_t depth, LsystemCount *fewest, Err *err)
 {
     uint32_t n = grammar->symbol_count, levels = depth < FEWEST_LEVELS ? depth : FEWEST_LEVELS;
-    LsystemCount *now = malloc(2 * (size_t)n * sizeof *now), *next = now + n;
+    LsystemCount *now = malloc(2 * (size_t)n * sizeof *now);
     if (!now) return err_memory(err, "an L-system");
+    LsystemCount *next = now + n;
     for (uint32_t s = 0; s < n; s++) now[s] = undivided(&grammar->symbol[s]);
     for (uint32_t level = 0; level < levels; level++) {
         for (uint32_t s = 0; s < n; s++) next[s] = replaced(grammar, &grammar->symbol[s], now);
