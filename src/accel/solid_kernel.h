@@ -52,6 +52,11 @@ static inline Doubles vecs_most(const Vecs *a)
     return doubles_max(doubles_abs(a->x), doubles_max(doubles_abs(a->y), doubles_abs(a->z)));
 }
 
+static inline Vecs vecs_less(const Vecs *a, Vec3 b)
+{
+    return (Vecs){a->x - doubles_set(b.x), a->y - doubles_set(b.y), a->z - doubles_set(b.z)};
+}
+
 /* affine_point and affine_vector. */
 static inline __attribute__((always_inline)) Vecs map_points(const Affine *a, const Vecs *p)
 {
@@ -497,15 +502,22 @@ static void solid_leaf(Solid *s, uint32_t index, uint32_t lanes)
         return;
     }
     Span *p = &s->span[s->count];
-    p->o = leaf->identity ? s->o : map_points(&leaf->to_leaf, &s->o);
-    p->d = leaf->identity ? s->d : map_vectors(&leaf->to_leaf, &s->d);
+    Vecs from = vecs_less(&s->o, leaf->middle);
+    p->o = s->o;
+    p->d = s->d;
+    if (!leaf->identity) {  /* leaf_ray */
+        Vecs o = map_vectors(&leaf->to_leaf, &from);
+        p->o = (Vecs){doubles_set(leaf->leaf_middle.x) + o.x, doubles_set(leaf->leaf_middle.y) + o.y,
+                      doubles_set(leaf->leaf_middle.z) + o.z};
+        p->d = map_vectors(&leaf->to_leaf, &s->d);
+    }
     span_of(form, p);
     s->doubt |= lanes & (p->doubt | p->along);
     p->met &= lanes;
     if (!p->met) return;
     /* place_error, more coarsely; twice, for the roundings of this */
     Doubles length = p->out - p->in, farthest = doubles_max(doubles_abs(p->in), doubles_abs(p->out));
-    Doubles reach = vecs_most(&s->o) + farthest * vecs_most(&s->d);
+    Doubles reach = vecs_most(&from) + farthest * vecs_most(&s->d);
     Doubles err = doubles_set(2 * leaf->spread_most) + doubles_set(2 * leaf->growth) * reach;
     uint32_t clear = below(doubles_set(4) * err, doubles_set(ALONG) * p->steep) &
                      below(doubles_set(4) * p->slack, doubles_set(ALONG) * length);

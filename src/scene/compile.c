@@ -73,6 +73,7 @@ typedef struct ScaledMesh {
     const Mesh *from;
     Mesh mesh;
     int exponent;
+    Texture *height_bands;   /* of a mountain */
     Vec3 position[];
 } ScaledMesh;
 
@@ -116,6 +117,7 @@ typedef struct {
     uint32_t made_count, made_capacity;
     uint32_t shading_count;
     uint32_t nesting;                /* of trees being drawn */
+    bool beyond_floats;              /* an object's own coordinates are: of a CSG solid or a torus */
 } Compile;
 
 /* Grows *array to hold at least `least` items. */
@@ -262,13 +264,21 @@ static bool load_texture(Compile *c, const Node *node)
 
 static bool is_mountain(const Node *node) { return node->kind == NODE_MESH && node->mesh->kind == MESH_MOUNTAIN; }
 
+static const ScaledMesh *scaled_mesh(const Compile *c, const Mesh *from)
+{
+    const ScaledMesh *s = c->memory->scaled;
+    while (s && s->from != from) s = s->next;
+    return s;
+}
+
 /* How a node's own surface looks. */
 static Shading shading_of(const Compile *c, const Node *node)
 {
     Shading s = {node->material, node->texture ? node->texture->loaded : NULL, node->bump};
     if (is_mountain(node)) {
         if (!s.material) s.material = c->memory->plain;
-        if (!s.texture) s.texture = node->mesh->height_bands;
+        const ScaledMesh *scaled = scaled_mesh(c, node->mesh->loaded);
+        if (!s.texture) s.texture = scaled ? scaled->height_bands : node->mesh->height_bands;
     }
     return s;
 }
@@ -281,30 +291,38 @@ static bool check_look(Compile *c, const Node *node)
 
 static Vec3 vec3_ldexp(Vec3 a, int e) { return vec3_make(ldexp(a.x, e), ldexp(a.y, e), ldexp(a.z, e)); }
 
-/* The node's mesh in floats' range, and the power of two that its objects' matrices must be multiplied by. A mountain
- * stays as it is: its colours go by its heights. NULL without memory. */
+/* The mesh divided by 2^exponent, and a mountain's colours, which go by its heights, with it. NULL without memory. */
+static const ScaledMesh *scale_mesh(Compile *c, const Node *node, Box bounds, int exponent)
+{
+    const Mesh *from = node->mesh->loaded;
+    ScaledMesh *s = malloc(sizeof *s + from->position_count * sizeof *s->position);
+    Texture *bands = is_mountain(node) ? height_texture_create(ldexp(bounds.hi.y, -exponent)) : NULL;
+    if (!s || (is_mountain(node) && !bands)) {
+        texture_destroy(bands);
+        free(s);
+        out_of_memory(c);
+        return NULL;
+    }
+    *s = (ScaledMesh){c->memory->scaled, from, *from, exponent, bands};
+    for (uint32_t i = 0; i < from->position_count; i++) s->position[i] = vec3_ldexp(from->position[i], -exponent);
+    s->mesh.position = s->position;
+    c->memory->scaled = s;
+    return s;
+}
+
+/* The node's mesh in floats' range, and the power of two that its objects' matrices must be multiplied by. NULL without
+ * memory. */
 static const Mesh *mesh_in_range(Compile *c, const Node *node, int *exponent)
 {
     const Mesh *from = node->mesh->loaded;
     *exponent = 0;
     Box b = mesh_bounds(from);
-    if (is_mountain(node) || box_is_empty(b)) return from;
+    if (box_is_empty(b)) return from;
     double reach = box_reach(b);
     if (!(reach > 0) || !isfinite(reach) || abs(ilogb(reach)) <= MESH_EXPONENT) return from;
-    ScaledMesh *s = c->memory->scaled;
-    while (s && s->from != from) s = s->next;
-    if (!s) {
-        s = malloc(sizeof *s + from->position_count * sizeof *s->position);
-        if (!s) {
-            out_of_memory(c);
-            return NULL;
-        }
-        *s = (ScaledMesh){c->memory->scaled, from, *from, ilogb(reach)};
-        for (uint32_t i = 0; i < from->position_count; i++)
-            s->position[i] = vec3_ldexp(from->position[i], -s->exponent);
-        s->mesh.position = s->position;
-        c->memory->scaled = s;
-    }
+    const ScaledMesh *s = scaled_mesh(c, from);
+    if (!s) s = scale_mesh(c, node, b, ilogb(reach));
+    if (!s) return NULL;
     *exponent = s->exponent;
     return &s->mesh;
 }
@@ -428,6 +446,18 @@ static bool csg_tokens(Compile *c, const Node *csg, CsgWalk *w)
     return true;
 }
 
+/* Puts a line before the error: that of the operand with the token `bad`, or of the whole if there is none. */
+static void blame_operand(Compile *c, const Node *csg, const CsgWalk *w, size_t bad)
+{
+    if (bad >= w->token_count) {
+        err_prefix(c->err, csg->where);
+        return;
+    }
+    uint64_t leaf = 0;
+    for (size_t i = 0; i < bad; i++) leaf += w->token[i].is_leaf;
+    blame(c, w->leaf_node[leaf], ERR_SCENE, "has, as an operand, a singular matrix, or one too extreme to be inverted");
+}
+
 static bool make_csg(Compile *c, Geometry *g)
 {
     CsgWalk w = {0};
@@ -437,7 +467,7 @@ static bool make_csg(Compile *c, Geometry *g)
         g->prim = csg_create(w.token, w.token_count, &bad, c->err);
         g->csg = true;
         ok = g->prim != NULL;
-        if (!ok && bad != SIZE_MAX) err_prefix(c->err, g->node->where);
+        if (!ok) blame_operand(c, g->node, &w, bad);
     }
     if (ok) {
         g->leaf_node = w.leaf_node;
@@ -511,11 +541,7 @@ static bool too_many(Compile *c, const Node *node)
 
 static bool add_object(Compile *c, const Node *node, const Affine *to_world)
 {
-    if (c->object_count >= c->object_limit) {
-        err_set(c->err, ERR_LIMIT, "the scene has more than %" PRIu64 " objects, the limit by this machine's memory",
-                c->object_limit);
-        return err_prefix(c->err, node->where);
-    }
+    if (c->object_count >= c->object_limit) return too_many(c, node);
     Geometry *g = geometry(c, node);
     if (!g) return false;
     if (!grow(&c->objects, sizeof *c->objects, c->object_count + 1, &c->object_capacity)) return out_of_memory(c);
@@ -565,11 +591,15 @@ static bool count_symbol(void *context, SymbolMeaning meaning, const Affine *pla
     return ++n->count <= n->limit;
 }
 
-/* Counting takes a tenth of the time that drawing takes and no memory, so a tree that is far too large ends at once. */
+/* A tree that is far too large for certain ends at once. For others counting takes a tenth of the time that drawing takes,
+ * and no memory. */
 static bool count_tree(Compile *c, const Node *node)
 {
     SymbolCount n = {0, c->object_limit - c->object_count};
     *c->err = (Err){0};
+    LsystemCount fewest;
+    if (!lsystem_fewest(node->tree.grammar->loaded, node->tree.depth, &fewest, c->err)) return blame_file(c, node);
+    if (fewest.drawn > n.limit) return too_many(c, node);
     if (lsystem_walk(node->tree.grammar->loaded, node->tree.depth, node->tree.seed,
                      SYMBOLS_PER_OBJECT * c->object_limit, count_symbol, &n, c->err))
         return true;
@@ -628,7 +658,8 @@ static bool is_shared(const Compile *c, const Geometry *g)
     return made_mesh(c, g->mesh, false) != NULL;
 }
 
-/* Meshes that aren't to be baked or placed get their primitives. */
+/* Meshes that aren't to be baked or placed get their primitives: mountains, too, as corners of theirs that lie on other
+ * faces' edges would be rounded off them. */
 static bool make_mesh_prims(Compile *c)
 {
     uint64_t left = BAKE_TRIANGLES_ALL;
@@ -636,8 +667,9 @@ static bool make_mesh_prims(Compile *c)
         Geometry *g = &c->memory->geometry[i];
         if (!g->mesh) continue;
         uint64_t most = left < BAKE_TRIANGLES ? left : BAKE_TRIANGLES, size = g->mesh->triangle_count;
-        g->bake = size * g->uses <= most;
-        g->place = !g->bake && size > BAKE_TRIANGLES && g->uses == 1 && !is_shared(c, g);
+        bool may = !is_mountain(g->node);
+        g->bake = may && size * g->uses <= most;
+        g->place = may && !g->bake && size > BAKE_TRIANGLES && g->uses == 1 && !is_shared(c, g);
         if (g->bake) left -= size * g->uses;
         if (g->bake || g->place) continue;
         g->prim = mesh_prim(c, g->mesh, false);
@@ -793,6 +825,8 @@ static bool place_objects(Compile *c, BvhRef *ref)
         if (box_is_empty(b)) continue;
         if (!affine_inverse(&o.to_world, &o.to_object))
             return blame(c, node_of(c, &o), ERR_SCENE, "has a singular matrix, or one too extreme to be inverted");
+        double own = box_reach(o.prim->ops->bounds(o.prim));
+        c->beyond_floats = c->beyond_floats || (own > 0 && abs(ilogb(own)) > MESH_EXPONENT);
         o.in_world = memcmp(&o.to_world, &identity, sizeof identity) == 0;
         c->objects[kept] = o;
         ref[kept] = bvh_ref(boxf_from_box(b), (uint32_t)kept);
@@ -919,7 +953,8 @@ static bool compile(Compile *c, World *world)
     if (!place_lights(c, world)) return false;
     place_camera(c, world);
     c->stats->objects = c->object_count;
-    world->kernel = kernel_best(c->settings->cpu);
+    /* The others map rays to an object in float, products of which overflow there. The hits are the same. */
+    world->kernel = kernel_best(c->beyond_floats ? "scalar" : c->settings->cpu);
     world->objects = c->objects;
     world->views = c->memory->views;
     world->object_count = (uint32_t)c->object_count;
@@ -983,6 +1018,7 @@ void world_destroy(World *world)
     prim_destroy(m->baked);
     for (ScaledMesh *s = m->scaled, *next; s; s = next) {
         next = s->next;
+        texture_destroy(s->height_bands);
         free(s);
     }
     free(m->made);

@@ -41,6 +41,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/dd.h"
 #include "common/numeric.h"
 #include "node/csg/csg_data.h"
 
@@ -149,14 +150,17 @@ static bool reserve_events(Trace *tr, uint32_t more)
  * section 3.5) and what the leaf's matrix is off. */
 static Vec3 place_error(const CsgLeaf *leaf, Vec3 o, Vec3 d, double t)
 {
-    Vec3 reach = vec3_at(vec3_abs(o), t, vec3_abs(d));
-    return vec3_at(leaf->spread, GAMMA(4), affine_abs_vector(&leaf->to_leaf, reach));
+    Vec3 reach = vec3_at(vec3_abs(vec3_sub(o, leaf->middle)), t, vec3_abs(d));
+    return vec3_at(leaf->spread, GAMMA(5), affine_abs_vector(&leaf->to_leaf, reach));
 }
 
+/* By way of the leaf's middle: with the inverse's translation there would be several roundings of the distance to the
+ * origin of CSG space, which may be far away. */
 static Ray leaf_ray(const CsgLeaf *leaf, Vec3 o, Vec3 d)
 {
     if (leaf->identity) return (Ray){o, d, -INFINITY, INFINITY};
-    return (Ray){affine_point(&leaf->to_leaf, o), affine_vector(&leaf->to_leaf, d), -INFINITY, INFINITY};
+    Vec3 from = affine_vector(&leaf->to_leaf, vec3_sub(o, leaf->middle));
+    return (Ray){vec3_add(leaf->leaf_middle, from), affine_vector(&leaf->to_leaf, d), -INFINITY, INFINITY};
 }
 
 /* How far t may be off: the primitive's own bound, and what the error of the place in leaf space makes of it. */
@@ -291,6 +295,7 @@ static const Vec3 ASIDE = {0.8017837257372732, 0.5122083536123418, 0.30796149871
 /* The steps, in units of the error of the place: the first aside, to decide with, and the first to take the ends from;
  * both double. Faces are usually off by a few roundings and not by their bound, so the ends are hardly moved. */
 static const double ASIDE_FIRST = 0.5, MOVE_FIRST = 0x1p-5;
+enum { MOVES = 6 * CORNERS };  /* the last are by the whole error */
 
 /* Whether a leaf's segments from `first` on have the parts of the line beside: their ends no farther off than the step
  * makes them, unless the slope is little. */
@@ -309,23 +314,32 @@ static bool are_alike(const Trace *tr, uint32_t first, Vec3 d, Vec3 place_err)
 }
 
 /* Finds the segments, appended from `first` on, of the line moved least that has the parts of the line beside: of those
- * toward the corners of the error, or, if it must be, that one itself. *moved gets how far it was moved. */
+ * toward the corners of the error. Near a tangent to a curved surface no other line has the same ends: then as many parts
+ * will do, so that a ray which leaves the surface from beyond the error doesn't meet it again. If it must be, that line
+ * beside itself. *moved gets how far it was moved. */
 static bool move_least(Trace *tr, const CsgLeaf *leaf, const Ray *ray, const Ray *beside, Vec3 e, uint32_t first,
                        Vec3 *moved)
 {
-    Ray line = *ray;
-    *moved = vec3_make(0, 0, 0);
-    for (double scale = MOVE_FIRST; scale <= 1; scale *= 2)
-        for (unsigned corner = 0; corner < CORNERS; corner++) {
-            tr->segs.count = first;
-            if (!leaf->prim->ops->segments(leaf->prim, &line, &tr->segs)) return false;
-            if (are_alike(tr, first, ray->d, e)) return true;
-            *moved = vec3_scale(e, scale);
-            line.o = vec3_add(ray->o, box_corner(*moved, corner));
+    Ray line = *ray, chosen = *beside;
+    uint32_t parts = count_parts(&tr->beside, 0, ray->d, e);
+    bool found = false;
+    for (unsigned k = 0; k <= MOVES; k++) {
+        if (k > 0) {
+            double scale = ldexp(MOVE_FIRST, (int)((k - 1) / CORNERS));
+            line.o = vec3_add(ray->o, box_corner(vec3_scale(e, scale), k % CORNERS));
         }
-    *moved = vec3_abs(vec3_sub(beside->o, ray->o));
+        tr->segs.count = first;
+        if (!leaf->prim->ops->segments(leaf->prim, &line, &tr->segs)) return false;
+        bool alike = are_alike(tr, first, ray->d, e);
+        if (alike || (!found && count_parts(&tr->segs, first, ray->d, e) == parts)) {
+            found = true;
+            chosen = line;
+        }
+        if (alike) break;
+    }
+    *moved = vec3_abs(vec3_sub(chosen.o, ray->o));
     tr->segs.count = first;
-    return leaf->prim->ops->segments(leaf->prim, beside, &tr->segs);
+    return leaf->prim->ops->segments(leaf->prim, &chosen, &tr->segs);
 }
 
 /* Replaces the segments of a leaf that isn't passed clearly by those of a line moved aside. */
@@ -361,7 +375,7 @@ static bool pass_aside(Trace *tr, uint32_t index, const Ray *ray, Vec3 e, uint32
 static bool collect_beside(Trace *tr, uint32_t index, const Ray *ray, uint32_t first)
 {
     const CsgLeaf *leaf = &tr->csg->leaf[index];
-    double way = (largest(vec3_abs(tr->o)) + tr->csg->reach) / largest(vec3_abs(tr->d));
+    double way = (largest(vec3_abs(vec3_sub(tr->o, tr->csg->centre))) + tr->csg->radius) / largest(vec3_abs(tr->d));
     Vec3 e = place_error(leaf, tr->o, tr->d, way);
     if (!(largest(e) < INFINITY)) return true;
     Event *event = narrow_events(tr, first, ray->d, e);
@@ -694,6 +708,7 @@ static void csg_surface(const Prim *prim, const Ray *ray, const Hit *hit, bool u
         surface->n = vec3_neg(surface->n);
         surface->ns = vec3_neg(surface->ns);
     }
+    surface->p_err = vec3_add(surface->p_err, leaf->departure);
     /* A face that counts as one with this may lie above the point; that is no matter: also for a ray that leaves from
      * here the two are one crossing, at this leaf's t. But moving the origin and back has cost a rounding of t. */
     if (shift != 0) surface->p_err = vec3_at(surface->p_err, GAMMA(2) * fabs(hit->t), vec3_abs(ray->d));
@@ -753,6 +768,28 @@ static bool is_identity(const Affine *a)
 
 static Vec3 translation(const Affine *a) { return vec3_make(a->m[0][3], a->m[1][3], a->m[2][3]); }
 
+static Vec3 box_middle(Box b) { return vec3_add(vec3_scale(b.lo, 0.5), vec3_scale(b.hi, 0.5)); }
+
+/* The point's image to a single rounding, whatever cancels in it: in double-double, with the greatest entry at 1 so that no
+ * product is out of range. */
+static Vec3 image_of(const Affine *a, Vec3 p)
+{
+    double image[3], greatest = 0;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 4; j++) greatest = fmax(greatest, fabs(a->m[i][j]));
+    int e = ilogb(greatest);
+    Affine near = affine_ldexp(a, -e);
+    for (int i = 0; i < 3; i++) {
+        const double *m = near.m[i];
+        Dd sum = dd_add(dd_add(dd_prod(m[0], p.x), dd_prod(m[1], p.y)), dd_add_d(dd_prod(m[2], p.z), m[3]));
+        image[i] = ldexp(sum.hi, e);
+    }
+    return vec3_make(image[0], image[1], image[2]);
+}
+
+/* The greatest distance along each axis from the origin. */
+static Vec3 box_reaches(Box b) { return vec3_most(vec3_abs(b.lo), vec3_abs(b.hi)); }
+
 /* Fills a leaf; false if its matrix can't be inverted. */
 static bool leaf_init(CsgLeaf *leaf, const CsgToken *token)
 {
@@ -762,13 +799,16 @@ static bool leaf_init(CsgLeaf *leaf, const CsgToken *token)
     leaf->identity = is_identity(&token->to_csg);
     if (leaf->identity) leaf->to_leaf = token->to_csg;  /* without the negative zeros */
     leaf->bounds = token->prim->ops->bounds(token->prim);
-    Vec3 lo = vec3_abs(leaf->bounds.lo), hi = vec3_abs(leaf->bounds.hi);
-    Vec3 reach = vec3_make(fmax(lo.x, hi.x), fmax(lo.y, hi.y), fmax(lo.z, hi.z));
-    Vec3 place = vec3_add(affine_abs_vector(&leaf->to_csg, reach), vec3_abs(translation(&leaf->to_csg)));
-    Vec3 constant = vec3_scale(vec3_abs(translation(&leaf->to_leaf)), GAMMA(4));
-    leaf->spread = vec3_at(constant, GAMMA(MATRIX_ROUNDINGS), affine_abs_vector(&leaf->to_leaf, place));
+    Vec3 reach = affine_abs_vector(&leaf->to_csg, box_reaches(leaf->bounds));
+    Vec3 place = vec3_add(reach, vec3_abs(translation(&leaf->to_csg)));
+    leaf->leaf_middle = box_is_empty(leaf->bounds) ? vec3_make(0, 0, 0) : box_middle(leaf->bounds);
+    leaf->middle = image_of(&leaf->to_csg, leaf->leaf_middle);
+    leaf->spread = vec3_scale(affine_abs_vector(&leaf->to_leaf, place), GAMMA(MATRIX_ROUNDINGS));
+    /* the middle's rounding, and that of coming back to it */
+    Vec3 middle = vec3_add(vec3_abs(leaf->leaf_middle), affine_abs_vector(&leaf->to_leaf, vec3_abs(leaf->middle)));
+    leaf->spread = vec3_at(leaf->spread, GAMMA(1), middle);
     leaf->spread_most = largest(leaf->spread);
-    leaf->growth = GAMMA(4) * largest(affine_abs_vector(&leaf->to_leaf, vec3_make(1, 1, 1)));
+    leaf->growth = GAMMA(5) * largest(affine_abs_vector(&leaf->to_leaf, vec3_make(1, 1, 1)));
     leaf->skin = vec3_scale(place, 4 * GAMMA(MATRIX_ROUNDINGS));
     return true;
 }
@@ -861,8 +901,6 @@ static int compare_items(const void *a, const void *b)
     return x->item.leaf < y->item.leaf ? -1 : x->item.leaf > y->item.leaf;
 }
 
-static Vec3 box_middle(Box b) { return vec3_add(vec3_scale(b.lo, 0.5), vec3_scale(b.hi, 0.5)); }
-
 /* The hierarchy over items [first, first + count): halves at the median along the longest axis of the middles. It is
  * as deep as the logarithm of their number. */
 static void build_node(Csg *csg, SortItem *item, uint32_t first, uint32_t count)
@@ -888,12 +926,21 @@ static void build_node(Csg *csg, SortItem *item, uint32_t first, uint32_t count)
     node->skip = csg->node_count;
 }
 
+/* The place's error, in CSG space, for rays that start on the leaf within the solid's bounds: their way through these is no
+ * longer along any axis than the bounds are. */
+static Vec3 departure_error(const CsgLeaf *leaf, double radius)
+{
+    Vec3 half = vec3_scale(vec3_sub(leaf->bounds.hi, leaf->bounds.lo), 0.5), still = {0, 0, 0};
+    Vec3 way = vec3_add(affine_abs_vector(&leaf->to_csg, half), vec3_scale(vec3_make(radius, radius, radius), 2));
+    return affine_abs_vector(&leaf->to_csg, place_error(leaf, vec3_add(leaf->middle, way), still, 0));
+}
+
 /* Whether a leaf's place is known so badly, for rays from as far as CSG_FAR_ORIGIN times the reach, that lines which
  * SegList.along says nothing of may be in its faces. */
 static bool is_coarse(const CsgLeaf *leaf, double reach)
 {
-    Vec3 far = vec3_scale(vec3_make(reach, reach, reach), 2 * CSG_FAR_ORIGIN + 1), still = {0, 0, 0};
-    Vec3 e = place_error(leaf, far, still, 0), extent = vec3_sub(leaf->bounds.hi, leaf->bounds.lo);
+    Vec3 far = vec3_scale(vec3_make(reach, reach, reach), 2 * CSG_FAR_ORIGIN + 2), still = {0, 0, 0};
+    Vec3 e = place_error(leaf, vec3_add(leaf->middle, far), still, 0), extent = vec3_sub(leaf->bounds.hi, leaf->bounds.lo);
     return !(e.x <= ALONG * extent.x && e.y <= ALONG * extent.y && e.z <= ALONG * extent.z);
 }
 
@@ -949,7 +996,11 @@ static bool build(Csg *csg, const CsgToken *tokens, size_t count, size_t *bad, E
         csg->bounds = work[n - 1].box;
         csg->reach = box_reach(csg->bounds);
         csg->centre = box_is_empty(csg->bounds) ? vec3_make(0, 0, 0) : box_middle(csg->bounds);
-        for (uint32_t i = 0; i < csg->leaf_count; i++) csg->leaf[i].coarse = is_coarse(&csg->leaf[i], csg->reach);
+        csg->radius = box_is_empty(csg->bounds) ? 0 : vec3_max(vec3_sub(csg->bounds.hi, csg->centre));
+        for (uint32_t i = 0; i < csg->leaf_count; i++) {
+            csg->leaf[i].coarse = is_coarse(&csg->leaf[i], csg->reach);
+            csg->leaf[i].departure = departure_error(&csg->leaf[i], csg->radius);
+        }
         build_down(csg, work, gate_is_and);
         ok = build_hierarchy(csg, work);
         if (!ok) err_memory(err, "constructive solid geometry");

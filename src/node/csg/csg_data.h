@@ -10,9 +10,12 @@ enum { CSG_FAR_ORIGIN = 4 };
 
 typedef struct {
     Affine to_leaf;
+    Vec3 middle;         /* CSG space: where leaf_middle is, to a rounding */
+    Vec3 leaf_middle;    /* of its box */
+    Vec3 departure;      /* CSG space: the most that the place's error is for a ray which starts on the leaf */
     Vec3 spread;         /* the part of the place's error in leaf space that doesn't depend on the ray */
     double spread_most;  /* its greatest component */
-    double growth;       /* what else there may be of it, for places in CSG space with coordinates of 1 */
+    double growth;       /* what else there may be of it, for places as far as 1 from the middle */
     const Prim *prim;
     uint32_t gate;
     bool flip;           /* its complement counts */
@@ -55,7 +58,7 @@ typedef struct {
     uint32_t leaf_count, gate_count, node_count, item_count, token_count;
     Box bounds;
     Vec3 centre;
-    double reach;
+    double reach, radius;   /* the greatest distance along an axis from the origin, and from the centre */
 } Csg;
 
 /* NULL if the primitive is none of constructive solid geometry. */
