@@ -30,26 +30,30 @@ enum {
 
 /* ---- margins ----
  *
- * Let e be FLOAT_ROUNDOFF, o and d be off by at most o_err and d_err in each component, D bound d's components, R those of
- * the vertices relative to the origin, E those of a triangle's edges. Summing first-order errors of inputs and roundings
- * (unfused; a fused operation has fewer):
+ * Let e be FLOAT_ROUNDOFF, o be off by at most o_err in each component and d by d_err in the sum of its components, S bound
+ * the sum of the magnitudes of d's components, R the components of the vertices relative to the origin, E those of a
+ * triangle's edges. Summing first-order errors of inputs and roundings (unfused; a fused operation has fewer):
  *   C = v - o             off by o_err + 2 e R
- *   Q = C x d             off by 2 D C_err + 2 R d_err + 4 e R D, at most 2 R D
- *   U = Q e2, V = -Q e1   off by E (6 D o_err + 48 e R D + 6 R d_err)
+ *   Q = C x d             off by 2 S C_err + 2 R d_err + 4 e R S, at most 2 R S, in the sums of its components
+ *   U = Q e2, V = -Q e1   off by E (2 S o_err + 16 e R S + 2 R d_err)
  *   n = e1 x e2           off by 8 e E^2, at most 2 E^2
- *   det = d n             off by E^2 (42 e D + 6 d_err)
+ *   det = d n             off by E^2 (14 e S + 2 d_err), at most 2 E^2 S
  *   T = C n               off by E^2 (6 o_err + 54 e R)
- * where the hit is at t = T / det with the weights U / det and V / det of the second and third vertex. */
+ * where the hit is at t = T / det with the weights U / det and V / det of the second and third vertex. Rays from one
+ * origin share C, and so P = e2 x C, off by E (2 C_err + 6 e R), and U = d P, off by no more than above.
+ *
+ * t is T times the rounded reciprocal of det, and then bounds are one more rounding away: 3 e t in all, which 6 e S more
+ * for det cover. */
 typedef struct { float edge, det, t; } Margins;  /* to be multiplied by E, E^2, E^2 */
 
 /* Second-order terms, and the roundings of the margins themselves. */
 #define MARGIN_SLACK 1.0625f
 
-static inline Margins margins_of(float o_err, float d_err, float d_most, float reach)
+static inline Margins margins_of(float o_err, float d_err, float d_sum, float reach)
 {
     const float e = FLOAT_ROUNDOFF;
-    return (Margins){MARGIN_SLACK * (6 * d_most * o_err + 48 * e * reach * d_most + 6 * reach * d_err),
-                     MARGIN_SLACK * (42 * e * d_most + 6 * d_err), MARGIN_SLACK * (6 * o_err + 54 * e * reach)};
+    return (Margins){MARGIN_SLACK * (2 * d_sum * o_err + 16 * e * reach * d_sum + 2 * reach * d_err),
+                     MARGIN_SLACK * (20 * e * d_sum + 2 * d_err), MARGIN_SLACK * (6 * o_err + 54 * e * reach)};
 }
 
 /* The slabs: with r = 1 / d off by 2.1 e, t = p r - o r has errors of 5.2 e (|p| + |o|) |r| in all. */
@@ -69,7 +73,8 @@ typedef struct {
     float best_low[GROUP];                     /* of the nearest hit so far, rounded down; infinite without one */
     float reach;                               /* greatest coordinate of an origin */
     float slack;                               /* how far a plane's place may be off */
-    float d_most, o_err, d_err;
+    float d_sum, o_err, d_err;                 /* see margins_of */
+    bool one_origin;                           /* of the packet that is being walked */
     uint32_t negative[3];                      /* the octant of the packet that is being walked */
     float first_o[3], last_o[3], r_low[3], r_high[3], slack_t[3];
 } Space;
@@ -107,11 +112,24 @@ static inline __attribute__((always_inline)) void space_slabs(Space *s, int a, f
     *(Lanes *)(s->far_c[a] + at) = c - slack;
 }
 
+/* The sums of the directions' components, with two roundings. */
+static inline Lanes space_sum(const Space *s, uint32_t at)
+{
+    return lanes_abs(at_lane(s->d[0], at)) + lanes_abs(at_lane(s->d[1], at)) + lanes_abs(at_lane(s->d[2], at));
+}
+
 /* The greatest component of a direction must be between these; then its power of two is a normal number. */
 #define DIRECTION_LEAST 0x1p-1000
 #define DIRECTION_GREATEST 0x1p1000
 
 _Static_assert(sizeof(Ray) == 8 * sizeof(double), "a ray is eight doubles: o, d, tmin, tmax");
+
+/* Rays of a later group are on their way while this one's are traced; a few at a time, which takes no room from what the
+ * trace itself waits for. */
+static inline void prefetch_rays(const Ray *ray, uint32_t n)
+{
+    for (uint32_t i = 0; i < n; i++) __builtin_prefetch(&ray[2 * GROUP + i]);
+}
 
 /* The rays' numbers as floats in arrays; false if a direction or an origin is out of reach. */
 static inline __attribute__((always_inline)) bool walk_load(Walk *w, const Ray *ray, uint32_t n, float *reach)
@@ -148,8 +166,6 @@ static inline __attribute__((always_inline)) bool walk_load(Walk *w, const Ray *
     double most = 0;
     for (int k = 0; k < DOUBLES; k++) most = far[k] > most ? far[k] : most;
     *reach = slab_up((float)most);
-    /* the next group's rays are on their way meanwhile */
-    for (uint32_t i = 0; i < GROUP; i++) __builtin_prefetch(&ray[n + i]);
     return *reach < REACH_GREATEST;
 }
 
@@ -169,9 +185,8 @@ static bool walk_init(Walk *w, const World *world, const Ray *ray, uint32_t n)
     }
     w->world_reach = boxes;
     s->slack = PLANE_SLACK * (s->reach + boxes);
-    s->d_most = 2;
     s->o_err = FLOAT_ROUNDOFF * s->reach;
-    s->d_err = 2 * FLOAT_ROUNDOFF;
+    Lanes sum = lanes_set(0);
     const Lanes zero = lanes_set(0), most = lanes_set(INFINITY), tiny = lanes_set(0x1p-126f), ulp = lanes_set(0x1p-23f);
     for (uint32_t at = 0; at < n; at += LANES) {
         Lanes tmin = lanes_max(zero, at_lane(s->tmin, at)), tmax = at_lane(s->tmax, at);
@@ -185,7 +200,10 @@ static bool walk_init(Walk *w, const World *world, const Ray *ray, uint32_t n)
         *(Lanes *)(s->best_low + at) = most;
         *(LanesInt *)(w->object + at) = lanes_set_int(HIT_NONE);
         for (int a = 0; a < 3; a++) space_slabs(s, a, SLAB_PARALLEL, at);
+        sum = lanes_max(sum, space_sum(s, at));
     }
+    s->d_sum = slab_up(slab_up(lanes_greatest(sum)));
+    s->d_err = FLOAT_ROUNDOFF * s->d_sum;
     return true;
 }
 
@@ -210,6 +228,45 @@ static ObjectBox object_box(const Object *object)
     return f;
 }
 
+/* The scale of a map that does nothing but multiply by a power of two that keeps floats in reach; 0 for any other. */
+static float power_map(const Object *object)
+{
+    const double (*m)[4] = object->to_object.m;
+    int e;
+    if (m[0][0] != m[1][1] || m[0][0] != m[2][2] || frexp(m[0][0], &e) != 0.5 || e < -20 || e > 20) return 0;
+    for (int a = 0; a < 3; a++)
+        for (int j = 0; j < 4; j++)
+            if (a != j && m[a][j] != 0) return 0;
+    return (float)m[0][0];
+}
+
+/* The rays in the space of an object with such a map: all is exact, t unchanged. */
+static void scaled_space(const Walk *w, float scale, Space *s)
+{
+    const Space *from = &w->space;
+    const Lanes k = lanes_set(scale), per = lanes_set(1 / scale), zero = lanes_set(0);
+    for (uint32_t at = 0; at < w->count; at += LANES) {
+        for (int a = 0; a < 3; a++) {
+            *(Lanes *)(s->o[a] + at) = k * at_lane(from->o[a], at);
+            *(Lanes *)(s->d[a] + at) = k * at_lane(from->d[a], at);
+            *(Lanes *)(s->r[a] + at) = per * at_lane(from->r[a], at);
+            *(Lanes *)(s->near_c[a] + at) = at_lane(from->near_c[a], at);
+            *(Lanes *)(s->far_c[a] + at) = at_lane(from->far_c[a], at);
+        }
+        *(Lanes *)(s->shift + at) = zero;
+        *(Lanes *)(s->tmin + at) = at_lane(from->tmin, at);
+        *(Lanes *)(s->tmax + at) = at_lane(from->tmax, at);
+        *(Lanes *)(s->tmin_up + at) = at_lane(from->tmin_up, at);
+        *(Lanes *)(s->end_down + at) = at_lane(from->end_down, at);
+        *(Lanes *)(s->best_low + at) = at_lane(from->best_low, at);
+    }
+    s->reach = scale * from->reach;
+    s->slack = scale * from->slack;
+    s->d_sum = scale * from->d_sum;
+    s->o_err = scale * from->o_err;
+    s->d_err = scale * from->d_err;
+}
+
 /* The rays in an object's own space, mapped in double, t unchanged, and which of them meet its box there: that fits a
  * turned object better than the one in the tree. Their origins are moved to where they meet it, so that what follows,
  * in float, is as fine as the object is small, and not as the world is large. */
@@ -217,6 +274,11 @@ static uint64_t object_space(const Walk *w, const Object *object, uint64_t rays,
 {
     const Space *from = &w->space;
     const double (*m)[4] = object->to_object.m;
+    float power = power_map(object);
+    if (power > 0) {
+        scaled_space(w, power, s);
+        return rays;
+    }
     ObjectBox box = object_box(object);
     float least_d[3], far = 0, most = 0, way = from->reach + w->world_reach;
     for (int a = 0; a < 3; a++) {
@@ -225,12 +287,10 @@ static uint64_t object_space(const Walk *w, const Object *object, uint64_t rays,
         most = fmaxf(most, size);
         least_d[a] = fmaxf(OBJECT_PARALLEL * size, 0x1p-100f);
     }
-    s->d_most = 2 * slab_up(most);
-    s->d_err = FLOAT_ROUNDOFF * s->d_most;
-    float map_err = MAP_ROUNDOFF * (far + 2 * way * s->d_most);
+    float d_most = 2 * slab_up(most), map_err = MAP_ROUNDOFF * (far + 2 * way * d_most);
     s->slack = PLANE_SLACK * (far + box.reach) + map_err;
     uint64_t met = 0;
-    Lanes reach = lanes_set(0);
+    Lanes reach = lanes_set(0), sum_d = lanes_set(0);
     for (uint32_t at = 0; at < w->count; at += LANES) {
         if (!(rays >> at & LANE_BITS)) continue;
         _Alignas(64) double o[3][LANES], d[3][LANES];
@@ -244,6 +304,7 @@ static uint64_t object_space(const Walk *w, const Object *object, uint64_t rays,
                 doubles_to_floats(s->o[a] + at + k, sum);
                 doubles_to_floats(s->d[a] + at + k, way_d);
             }
+        sum_d = lanes_max(sum_d, space_sum(s, at));
         Lanes enter = at_lane(from->tmin, at), leave = at_lane(from->tmax, at);
         for (int a = 0; a < 3; a++) {
             space_slabs(s, a, least_d[a], at);
@@ -276,6 +337,8 @@ static uint64_t object_space(const Walk *w, const Object *object, uint64_t rays,
     if (!met) return 0;
     s->reach = slab_up(lanes_greatest(reach));
     s->o_err = FLOAT_ROUNDOFF * s->reach + map_err;
+    s->d_sum = slab_up(slab_up(lanes_greatest(sum_d)));
+    s->d_err = FLOAT_ROUNDOFF * s->d_sum + 3 * MAP_ROUNDOFF * d_most;
     s->slack = PLANE_SLACK * (s->reach + box.reach) + map_err;
     for (uint32_t at = 0; at < w->count; at += LANES)
         for (int a = 0; a < 3; a++)
@@ -368,105 +431,175 @@ static void decide(const Target *g, uint32_t i, uint32_t triangle)
         offer(w, g->space, i, &hit);
 }
 
-/* Many rays against a block, one triangle after the other. */
-static inline __attribute__((always_inline)) void block_by_triangles(const Target *g, const MeshBlock *b, uint64_t rays)
+/* Four triangles of a block, with their margins. */
+typedef struct { Four mu, md, mt, rim; } FourMargins;
+
+static inline __attribute__((always_inline)) FourMargins four_margins(const Target *g, const MeshBlock *b)
 {
-    Walk *w = g->w;
-    Space *s = g->space;
-    for (uint32_t j = 0; j < b->count; j++) {
-        float e1[3], e2[3], n[3];
-        for (int a = 0; a < 3; a++) {
-            e1[a] = b->e1[a][j];
-            e2[a] = b->e2[a][j];
-        }
-        n[0] = e1[1] * e2[2] - e1[2] * e2[1];
-        n[1] = e1[2] * e2[0] - e1[0] * e2[2];
-        n[2] = e1[0] * e2[1] - e1[1] * e2[0];
-        float edge = b->edge[j];
-        float mu = g->margins.edge * edge + FILTER_UNDERFLOW, md = g->margins.det * edge * edge + FILTER_UNDERFLOW;
-        float mt = g->margins.t * edge * edge + FILTER_UNDERFLOW;
-        for (uint32_t at = 0; at < w->count; at += LANES) {
-            uint32_t active = (uint32_t)(rays >> at) & LANE_BITS;
-            if (!active) continue;
-            Lanes dx = at_lane(s->d[0], at), dy = at_lane(s->d[1], at), dz = at_lane(s->d[2], at);
-            Lanes det = lanes_fma(lanes_set(n[0]), dx, lanes_fma(lanes_set(n[1]), dy, lanes_set(n[2]) * dz));
-            Lanes cx = lanes_set(b->v[0][j]) - at_lane(s->o[0], at), cy = lanes_set(b->v[1][j]) - at_lane(s->o[1], at);
-            Lanes cz = lanes_set(b->v[2][j]) - at_lane(s->o[2], at);
-            Lanes qx = lanes_fms(cy, dz, cz * dy), qy = lanes_fms(cz, dx, cx * dz), qz = lanes_fms(cx, dy, cy * dx);
-            Lanes sign = lanes_sign(det), size = lanes_abs(det);
-            Lanes u = lanes_fma(qx, lanes_set(e2[0]), lanes_fma(qy, lanes_set(e2[1]), qz * lanes_set(e2[2])));
-            u = lanes_flip(u, sign);
-            Lanes minus_v =
-                lanes_flip(lanes_fma(qx, lanes_set(e1[0]), lanes_fma(qy, lanes_set(e1[1]), qz * lanes_set(e1[2]))), sign);
-            Lanes sum = u - minus_v;
-            Mask sided = lanes_lt(lanes_set(md), size);
-            Mask miss = mask_or(mask_or(lanes_lt(u, lanes_set(-mu)), lanes_lt(lanes_set(mu), minus_v)),
-                                lanes_lt(size + lanes_set(2 * mu + md), sum));
-            Mask left = mask_without(mask_of(active), mask_and(sided, miss));
-            if (!mask_bits(left)) continue;
-            Lanes t_num = lanes_fma(cx, lanes_set(n[0]), lanes_fma(cy, lanes_set(n[1]), cz * lanes_set(n[2])));
-            t_num = lanes_flip(t_num, sign);
-            Lanes tmax = at_lane(s->tmax, at), tmin = at_lane(s->tmin, at);
-            Mask late = mask_or(lanes_lt(lanes_fma(tmax, size, lanes_fma(tmax, lanes_set(md), lanes_set(mt))), t_num),
-                                lanes_lt(t_num, lanes_fms(tmin, size, lanes_fma(tmin, lanes_set(md), lanes_set(mt)))));
-            left = mask_without(left, mask_and(sided, late));
-            if (!mask_bits(left)) continue;
-            Lanes per = lanes_set(1) / (size - lanes_set(md)), t = t_num / size;
-            Lanes t_err = lanes_fma(lanes_abs(t), lanes_set(md), lanes_set(mt)) * per * lanes_set(MARGIN_SLACK);
-            Lanes t_low = t - t_err, t_high = t + t_err;
-            Mask sure = mask_and(mask_and(lanes_lt(lanes_set(mu), u), lanes_lt(minus_v, lanes_set(-mu))),
-                                 lanes_lt(sum, size - lanes_set(2 * mu + md)));
-            sure = mask_and(mask_and(left, sure), mask_and(lanes_lt(at_lane(s->tmin_up, at), t_low),
-                                                           lanes_lt(t_high, at_lane(s->end_down, at))));
-            if (g->any) {
-                w->alive &= ~((uint64_t)mask_bits(sure) << at);
-                rays &= ~((uint64_t)mask_bits(sure) << at);
-            } else {
-                Lanes best_low = at_lane(s->best_low, at);
-                sure = mask_and(sure, lanes_lt(t_high, best_low));
-                *(Lanes *)(s->tmax + at) = lanes_pick(sure, t_high, tmax);
-                *(Lanes *)(s->best_low + at) = lanes_pick(sure, t_low, best_low);
-                LanesInt *object = (LanesInt *)(w->object + at), *triangle = (LanesInt *)(w->triangle + at);
-                *object = lanes_pick_int(sure, lanes_set_int(g->object), *object);
-                *triangle = lanes_pick_int(sure, lanes_set_int(b->triangle[j]), *triangle);
-                w->exact &= ~((uint64_t)mask_bits(sure) << at);
-            }
-            for (uint32_t doubt = mask_bits(mask_without(left, sure)); doubt; doubt &= doubt - 1)
-                decide(g, at + (uint32_t)__builtin_ctz(doubt), b->triangle[j]);
-            if (g->any) rays &= w->alive;
-        }
-    }
+    Four edge = four_load(b->edge), tiny = four_set(FILTER_UNDERFLOW), edge2 = edge * edge;
+    Four mu = four_fma(four_set(g->margins.edge), edge, tiny), md = four_fma(four_set(g->margins.det), edge2, tiny);
+    return (FourMargins){mu, md, four_fma(four_set(g->margins.t), edge2, tiny), four_fma(four_set(2), mu, md)};
 }
 
-/* One ray against a block, its triangles at once. False if the ray is blocked. */
-static inline __attribute__((always_inline)) bool block_by_rays(const Target *g, const MeshBlock *b, uint32_t i)
+typedef struct { Four x, y, z; } FourVecs;
+
+static inline __attribute__((always_inline)) FourVecs fours_load(const float *p)
+{
+    return (FourVecs){four_load(p), four_load(p + BLOCK), four_load(p + 2 * BLOCK)};
+}
+
+static inline __attribute__((always_inline)) FourVecs fours_set(const float *p, uint32_t i)
+{
+    return (FourVecs){four_set(p[i]), four_set(p[GROUP + i]), four_set(p[2 * GROUP + i])};
+}
+
+static inline __attribute__((always_inline)) FourVecs fours_cross(FourVecs a, FourVecs b)
+{
+    return (FourVecs){four_fms(a.y, b.z, a.z * b.y), four_fms(a.z, b.x, a.x * b.z), four_fms(a.x, b.y, a.y * b.x)};
+}
+
+static inline __attribute__((always_inline)) Four fours_dot(FourVecs a, FourVecs b)
+{
+    return four_fma(a.x, b.x, four_fma(a.y, b.y, a.z * b.z));
+}
+
+static inline __attribute__((always_inline)) FourVecs fours_from(FourVecs v, FourVecs o)
+{
+    return (FourVecs){v.x - o.x, v.y - o.y, v.z - o.z};
+}
+
+/* A block as rays from one origin see it: det = d n, U = d p, -V = d q, T. */
+typedef struct {
+    _Alignas(16) float n[3][BLOCK], p[3][BLOCK], q[3][BLOCK], t[BLOCK], mu[BLOCK], md[BLOCK], mt[BLOCK];
+} BlockView;
+
+static inline __attribute__((always_inline)) void fours_store(float (*to)[BLOCK], FourVecs v)
+{
+    four_store(to[0], v.x), four_store(to[1], v.y), four_store(to[2], v.z);
+}
+
+static inline __attribute__((always_inline)) void block_view(const Target *g, const MeshBlock *b, uint32_t i, BlockView *view)
+{
+    FourVecs e1 = fours_load(b->e1[0]), e2 = fours_load(b->e2[0]), n = fours_cross(e1, e2);
+    FourVecs c = fours_from(fours_load(b->v[0]), fours_set(g->space->o[0], i));
+    FourMargins m = four_margins(g, b);
+    fours_store(view->n, n);
+    fours_store(view->p, fours_cross(e2, c));
+    fours_store(view->q, fours_cross(e1, c));
+    four_store(view->t, fours_dot(c, n));
+    four_store(view->mu, m.mu), four_store(view->md, m.md), four_store(view->mt, m.mt);
+}
+
+/* What LANES rays have with one triangle. */
+typedef struct { Lanes det, u, minus_v, t; } LanesCut;
+
+typedef struct { Lanes x, y, z; } LanesVecs;
+
+static inline __attribute__((always_inline)) LanesVecs vecs_at(const float *p, uint32_t at)
+{
+    return (LanesVecs){at_lane(p, at), at_lane(p + GROUP, at), at_lane(p + 2 * GROUP, at)};
+}
+
+static inline __attribute__((always_inline)) Lanes vecs_dot(LanesVecs a, const float *p, uint32_t j)
+{
+    return lanes_fma(a.x, lanes_set(p[j]), lanes_fma(a.y, lanes_set(p[BLOCK + j]), a.z * lanes_set(p[2 * BLOCK + j])));
+}
+
+/* Bounds on a margin's quotient hold while the margin is at most an eighth of what it belongs to. */
+#define SURE_SHARE 8
+
+/* Takes, leaves or decides the triangle for the rays of the lanes from `at` on that are `active`, without those that are
+ * then blocked. */
+static inline __attribute__((always_inline)) void take_lanes(const Target *g, const MeshBlock *b, const BlockView *view,
+                                                             uint32_t j, uint32_t at, Mask active, const LanesCut *cut)
 {
     Walk *w = g->w;
     Space *s = g->space;
-    Four dx = four_set(s->d[0][i]), dy = four_set(s->d[1][i]), dz = four_set(s->d[2][i]);
-    Four e1x = four_load(b->e1[0]), e1y = four_load(b->e1[1]), e1z = four_load(b->e1[2]);
-    Four e2x = four_load(b->e2[0]), e2y = four_load(b->e2[1]), e2z = four_load(b->e2[2]);
-    Four cx = four_load(b->v[0]) - four_set(s->o[0][i]), cy = four_load(b->v[1]) - four_set(s->o[1][i]);
-    Four cz = four_load(b->v[2]) - four_set(s->o[2][i]);
-    Four nx = four_fms(e1y, e2z, e1z * e2y), ny = four_fms(e1z, e2x, e1x * e2z), nz = four_fms(e1x, e2y, e1y * e2x);
-    Four qx = four_fms(cy, dz, cz * dy), qy = four_fms(cz, dx, cx * dz), qz = four_fms(cx, dy, cy * dx);
-    Four det = four_fma(nx, dx, four_fma(ny, dy, nz * dz)), sign = four_sign(det), size = four_abs(det);
-    Four u = four_flip(four_fma(qx, e2x, four_fma(qy, e2y, qz * e2z)), sign);
-    Four minus_v = four_flip(four_fma(qx, e1x, four_fma(qy, e1y, qz * e1z)), sign), sum = u - minus_v;
-    Four edge = four_load(b->edge), tiny = four_set(FILTER_UNDERFLOW);
-    Four mu = four_fma(four_set(g->margins.edge), edge, tiny), edge2 = edge * edge;
-    Four md = four_fma(four_set(g->margins.det), edge2, tiny), mt = four_fma(four_set(g->margins.t), edge2, tiny);
-    Four rim = four_fma(four_set(2), mu, md), zero = four_set(0);
-    Four t_num = four_flip(four_fma(cx, nx, four_fma(cy, ny, cz * nz)), sign);
+    Lanes mu = lanes_set(view->mu[j]), md = lanes_set(view->md[j]), mt = lanes_set(view->mt[j]), zero = lanes_set(0);
+    Lanes sign = lanes_sign(cut->det), size = lanes_abs(cut->det);
+    Lanes u = lanes_flip(cut->u, sign), minus_v = lanes_flip(cut->minus_v, sign), sum = u - minus_v;
+    Lanes rim = mu + mu + md;
+    Mask sided = lanes_lt(md, size);
+    Mask miss = mask_or(mask_or(lanes_lt(u, zero - mu), lanes_lt(mu, minus_v)), lanes_lt(size + rim, sum));
+    Mask left = mask_without(active, mask_and(sided, miss));
+    if (!mask_bits(left)) return;
+    Lanes t_num = lanes_flip(cut->t, sign), tmax = at_lane(s->tmax, at), tmin = at_lane(s->tmin, at);
+    Mask late = mask_or(lanes_lt(lanes_fma(tmax, size, lanes_fma(tmax, md, mt)), t_num),
+                        lanes_lt(t_num, lanes_fms(tmin, size, lanes_fma(tmin, md, mt))));
+    left = mask_without(left, mask_and(sided, late));
+    if (!mask_bits(left)) return;
+    /* 1 / (size - md) is at most 8 / 7 of 1 / size here */
+    Lanes per = lanes_set(1) / size, t = t_num * per;
+    Lanes t_err = lanes_fma(lanes_abs(t), md, mt) * per, worse = lanes_fma(md * per, lanes_set(8.0f / 7), lanes_set(1));
+    t_err = t_err * (worse * lanes_set(MARGIN_SLACK));
+    Lanes t_low = t - t_err, t_high = t + t_err;
+    Mask sure = mask_and(mask_and(lanes_lt(mu, u), lanes_lt(minus_v, zero - mu)), lanes_lt(sum, size - rim));
+    sure = mask_and(mask_and(sure, lanes_lt(lanes_set(SURE_SHARE) * md, size)), left);
+    sure = mask_and(sure, mask_and(lanes_lt(at_lane(s->tmin_up, at), t_low), lanes_lt(t_high, at_lane(s->end_down, at))));
+    if (g->any) {
+        w->alive &= ~((uint64_t)mask_bits(sure) << at);
+    } else {
+        Lanes best_low = at_lane(s->best_low, at);
+        sure = mask_and(sure, lanes_lt(t_high, best_low));
+        *(Lanes *)(s->tmax + at) = lanes_pick(sure, t_high, tmax);
+        *(Lanes *)(s->best_low + at) = lanes_pick(sure, t_low, best_low);
+        LanesInt *object = (LanesInt *)(w->object + at), *triangle = (LanesInt *)(w->triangle + at);
+        *object = lanes_pick_int(sure, lanes_set_int(g->object), *object);
+        *triangle = lanes_pick_int(sure, lanes_set_int(b->triangle[j]), *triangle);
+        w->exact &= ~((uint64_t)mask_bits(sure) << at);
+    }
+    for (uint32_t doubt = mask_bits(mask_without(left, sure)); doubt; doubt &= doubt - 1)
+        decide(g, at + (uint32_t)__builtin_ctz(doubt), b->triangle[j]);
+}
+
+/* Many rays against a block, one triangle after the other. */
+static inline __attribute__((always_inline)) void block_by_triangles(const Target *g, const MeshBlock *b,
+                                                                     const BlockView *view, uint64_t rays, bool one_origin)
+{
+    const Space *s = g->space;
+    for (uint32_t j = 0; j < b->count; j++)
+        for (uint32_t at = 0; at < GROUP; at += LANES) {
+            uint32_t active = (uint32_t)((g->any ? rays & g->w->alive : rays) >> at) & LANE_BITS;
+            if (!active) continue;
+            LanesVecs d = vecs_at(s->d[0], at);
+            LanesCut cut = {.det = vecs_dot(d, view->n[0], j)};
+            if (one_origin) {
+                cut.u = vecs_dot(d, view->p[0], j);
+                cut.minus_v = vecs_dot(d, view->q[0], j);
+                cut.t = lanes_set(view->t[j]);
+            } else {
+                LanesVecs o = vecs_at(s->o[0], at);
+                LanesVecs c = {lanes_set(b->v[0][j]) - o.x, lanes_set(b->v[1][j]) - o.y, lanes_set(b->v[2][j]) - o.z};
+                LanesVecs q = {lanes_fms(c.y, d.z, c.z * d.y), lanes_fms(c.z, d.x, c.x * d.z),
+                               lanes_fms(c.x, d.y, c.y * d.x)};
+                cut.u = vecs_dot(q, b->e2[0], j);
+                cut.minus_v = vecs_dot(q, b->e1[0], j);
+                cut.t = vecs_dot(c, view->n[0], j);
+            }
+            take_lanes(g, b, view, j, at, mask_of(active), &cut);
+        }
+}
+
+/* What a ray has with the four triangles of a block. */
+typedef struct { Four det, u, minus_v, t; } FourCut;
+
+/* False if the ray is blocked. */
+static inline __attribute__((always_inline)) bool take_four(const Target *g, const MeshBlock *b, const FourMargins *m,
+                                                            uint32_t i, const FourCut *cut)
+{
+    Walk *w = g->w;
+    Space *s = g->space;
+    Four sign = four_sign(cut->det), size = four_abs(cut->det), u = four_flip(cut->u, sign);
+    Four minus_v = four_flip(cut->minus_v, sign), sum = u - minus_v, t_num = four_flip(cut->t, sign), zero = four_set(0);
     Four tmax = four_set(s->tmax[i]), tmin = four_set(s->tmin[i]);
-    uint32_t miss = four_lt(u, zero - mu) | four_lt(mu, minus_v) | four_lt(size + rim, sum);
-    miss |= four_lt(four_fma(tmax, size, four_fma(tmax, md, mt)), t_num);
-    miss |= four_lt(t_num, four_fms(tmin, size, four_fma(tmin, md, mt)));
-    uint32_t left = ((1u << b->count) - 1) & ~(miss & four_lt(md, size));
+    uint32_t miss = four_lt(u, zero - m->mu) | four_lt(m->mu, minus_v) | four_lt(size + m->rim, sum);
+    miss |= four_lt(four_fma(tmax, size, four_fma(tmax, m->md, m->mt)), t_num);
+    miss |= four_lt(t_num, four_fms(tmin, size, four_fma(tmin, m->md, m->mt)));
+    uint32_t left = ((1u << b->count) - 1) & ~(miss & four_lt(m->md, size));
     if (!left) return true;
-    uint32_t inside = four_lt(mu, u) & four_lt(minus_v, zero - mu) & four_lt(sum, size - rim);
+    uint32_t inside = four_lt(m->mu, u) & four_lt(minus_v, zero - m->mu) & four_lt(sum, size - m->rim);
     float t_low[4], t_high[4];
-    Four t = t_num / size, t_err = four_fma(four_abs(t), md, mt) / (size - md) * four_set(MARGIN_SLACK);
+    Four t = t_num / size, t_err = four_fma(four_abs(t), m->md, m->mt) / (size - m->md) * four_set(MARGIN_SLACK);
     *(Four *)t_low = t - t_err;
     *(Four *)t_high = t + t_err;
     for (; left; left &= left - 1) {
@@ -488,6 +621,32 @@ static inline __attribute__((always_inline)) bool block_by_rays(const Target *g,
         }
     }
     return true;
+}
+
+/* One ray against a block, its triangles at once. False if the ray is blocked. */
+static inline __attribute__((always_inline)) bool block_by_rays(const Target *g, const MeshBlock *b, uint32_t i)
+{
+    FourVecs d = fours_set(g->space->d[0], i), e1 = fours_load(b->e1[0]), e2 = fours_load(b->e2[0]), n = fours_cross(e1, e2);
+    FourVecs c = fours_from(fours_load(b->v[0]), fours_set(g->space->o[0], i)), q = fours_cross(c, d);
+    FourMargins m = four_margins(g, b);
+    FourCut cut = {fours_dot(n, d), fours_dot(q, e2), fours_dot(q, e1), fours_dot(c, n)};
+    return take_four(g, b, &m, i, &cut);
+}
+
+/* Of those from one origin. */
+static inline __attribute__((always_inline)) void block_by_viewers(const Target *g, const MeshBlock *b,
+                                                                   const BlockView *view, uint64_t rays)
+{
+    FourVecs n = fours_load(view->n[0]), p = fours_load(view->p[0]), q = fours_load(view->q[0]);
+    Four t = four_load(view->t), two = four_set(2);
+    FourMargins m = {four_load(view->mu), four_load(view->md), four_load(view->mt), four_set(0)};
+    m.rim = four_fma(two, m.mu, m.md);
+    for (; rays; rays &= rays - 1) {
+        uint32_t i = (uint32_t)__builtin_ctzll(rays);
+        FourVecs d = fours_set(g->space->d[0], i);
+        FourCut cut = {fours_dot(n, d), fours_dot(p, d), fours_dot(q, d), t};
+        take_four(g, b, &m, i, &cut);
+    }
 }
 
 /* ---- single rays through a tree ---- */
@@ -641,6 +800,7 @@ static uint64_t space_octant(Space *s, uint64_t *rays)
             same &= (negative ? below : ~below) | ~((uint64_t)LANE_BITS << at);
         }
     }
+    s->one_origin = true;
     for (int a = 0; a < 3; a++) {
         Lanes least_o = lanes_set(INFINITY), most_o = lanes_set(-INFINITY), low = least_o, high = most_o;
         for (uint32_t at = 0; at < GROUP; at += LANES) {
@@ -655,6 +815,7 @@ static uint64_t space_octant(Space *s, uint64_t *rays)
         }
         /* earliest entry: the origin farthest along the axis' sense; latest exit: the one farthest back */
         float least = lanes_least(least_o), most = lanes_greatest(most_o);
+        s->one_origin &= least == most;
         s->first_o[a] = s->negative[a] ? least : most;
         s->last_o[a] = s->negative[a] ? most : least;
         s->r_low[a] = lanes_least(low);
@@ -665,20 +826,37 @@ static uint64_t space_octant(Space *s, uint64_t *rays)
     return same;
 }
 
-/* The children that some ray of the packet might meet, and bounds on their entry distances. */
-static inline __attribute__((always_inline)) uint32_t packet_children(const BvhNode *node, const Space *s, float tmin,
-                                                                      float tmax, float entry[8])
+/* When the rays of a packet begin and end: the first and the last of them. */
+typedef struct { float tmin, tmin_last, tmax_first, tmax; } PacketSpan;
+
+/* The children that some ray of the packet might meet, and bounds on their entry distances; and those that all meet but for
+ * roundings, for which it does no harm to go on with all. */
+static inline __attribute__((always_inline)) uint32_t packet_children(const BvhNode *node, const Space *s,
+                                                                      const PacketSpan *span, float entry[8],
+                                                                      uint32_t *by_all)
 {
-    Eight enter = eight_set(tmin), leave = eight_set(tmax);
+    Eight enter = eight_set(span->tmin), leave = eight_set(span->tmax);
+    Eight all_enter = eight_set(span->tmin_last), all_leave = eight_set(span->tmax_first);
     for (int a = 0; a < 3; a++) {
         Eight lo = eight_load(node->lo[a]), hi = eight_load(node->hi[a]), slack = eight_set(s->slack_t[a]);
         Eight near = eight_sub(s->negative[a] ? hi : lo, eight_set(s->first_o[a]));
         Eight far = eight_sub(s->negative[a] ? lo : hi, eight_set(s->last_o[a]));
         Eight low = eight_set(s->r_low[a]), high = eight_set(s->r_high[a]);
-        enter = eight_max(enter, eight_sub(eight_min(eight_mul(near, low), eight_mul(near, high)), slack));
-        leave = eight_min(leave, eight_add(eight_max(eight_mul(far, low), eight_mul(far, high)), slack));
+        Eight in_a = eight_mul(near, low), in_b = eight_mul(near, high);
+        Eight out_a = eight_mul(far, low), out_b = eight_mul(far, high);
+        enter = eight_max(enter, eight_sub(eight_min(in_a, in_b), slack));
+        leave = eight_min(leave, eight_add(eight_max(out_a, out_b), slack));
+        if (!s->one_origin) {
+            near = eight_sub(s->negative[a] ? hi : lo, eight_set(s->last_o[a]));
+            far = eight_sub(s->negative[a] ? lo : hi, eight_set(s->first_o[a]));
+            in_a = eight_mul(near, low), in_b = eight_mul(near, high);
+            out_a = eight_mul(far, low), out_b = eight_mul(far, high);
+        }
+        all_enter = eight_max(all_enter, eight_max(in_a, in_b));
+        all_leave = eight_min(all_leave, eight_min(out_a, out_b));
     }
     eight_store(entry, enter);
+    *by_all = eight_le(all_enter, all_leave);
     return eight_le(enter, leave);
 }
 
@@ -724,14 +902,35 @@ static inline void prefetch_child(const Bvh *bvh, const MeshBlock *block, uint32
 /* A subtree or leaf that waits for its turn, with the rays that meet it. */
 typedef struct { uint64_t rays; float entry; uint32_t child; } PacketTask;
 
-static inline float packet_tmax(const Space *s, uint64_t rays)
+/* The first and the last end of the rays. */
+static inline __attribute__((always_inline)) void packet_ends(const Space *s, uint64_t rays, PacketSpan *span)
 {
-    Lanes most = lanes_set(-INFINITY);
+    Lanes least = lanes_set(INFINITY), most = lanes_set(-INFINITY);
     for (uint32_t at = 0; at < GROUP; at += LANES) {
         uint32_t bits = (uint32_t)(rays >> at) & LANE_BITS;
-        if (bits) most = lanes_max(most, lanes_pick(mask_of(bits), at_lane(s->tmax, at), most));
+        if (!bits) continue;
+        Mask m = mask_of(bits);
+        Lanes tmax = at_lane(s->tmax, at);
+        least = lanes_min(least, lanes_pick(m, tmax, least));
+        most = lanes_max(most, lanes_pick(m, tmax, most));
     }
-    return lanes_greatest(most);
+    span->tmax_first = lanes_least(least);
+    span->tmax = lanes_greatest(most);
+}
+
+static inline __attribute__((always_inline)) void packet_starts(const Space *s, uint64_t rays, PacketSpan *span)
+{
+    Lanes least = lanes_set(INFINITY), most = lanes_set(-INFINITY);
+    for (uint32_t at = 0; at < GROUP; at += LANES) {
+        uint32_t bits = (uint32_t)(rays >> at) & LANE_BITS;
+        if (!bits) continue;
+        Mask m = mask_of(bits);
+        Lanes tmin = at_lane(s->tmin, at);
+        least = lanes_min(least, lanes_pick(m, tmin, least));
+        most = lanes_max(most, lanes_pick(m, tmin, most));
+    }
+    span->tmin = lanes_least(least);
+    span->tmin_last = lanes_greatest(most);
 }
 
 /* Visits the leaves that rays of a packet (of one octant) meet, roughly nearer ones first; few rays go on alone. */
@@ -742,33 +941,32 @@ static inline __attribute__((always_inline)) void walk_packet(const Bvh *bvh, Wa
 {
     PacketTask stack[SLAB_STACK];
     uint32_t top = 0;
-    float tmax = packet_tmax(s, rays), tmin = INFINITY;
-    for (uint64_t left = rays; left; left &= left - 1) {
-        float t = s->tmin[__builtin_ctzll(left)];
-        tmin = t < tmin ? t : tmin;
-    }
+    PacketSpan span;
+    packet_starts(s, rays, &span);
+    packet_ends(s, rays, &span);
     stack[top++] = (PacketTask){rays, 0, bvh->root};
     while (top > 0) {
         PacketTask now = stack[--top];
         now.rays &= w->alive;
-        if (!now.rays || now.entry > tmax) continue;
+        if (!now.rays || now.entry > span.tmax) continue;
         if (now.child & BVH_LEAF) {
             leaf(context, now.child & ~BVH_LEAF, now.rays);
-            tmax = packet_tmax(s, rays);
+            packet_ends(s, rays, &span);
             continue;
         }
         if (__builtin_popcountll(now.rays) <= FEW) {
             for (; now.rays; now.rays &= now.rays - 1)
                 walk_alone(bvh, s, (uint32_t)__builtin_ctzll(now.rays), now.child, leaf_alone, context);
-            tmax = packet_tmax(s, rays);
+            packet_ends(s, rays, &span);
             continue;
         }
         const BvhNode *node = &bvh->node[now.child];
         _Alignas(32) float entry[8];
-        uint32_t bottom = top;
-        for (uint32_t mask = packet_children(node, s, tmin, tmax, entry); mask; mask &= mask - 1) {
+        uint32_t bottom = top, by_all;
+        for (uint32_t mask = packet_children(node, s, &span, entry, &by_all); mask; mask &= mask - 1) {
             int k = __builtin_ctz(mask);
-            PacketTask task = {packet_lanes(w, s, node, k, now.rays), entry[k], node->child[k]};
+            PacketTask task = {now.rays, entry[k], node->child[k]};
+            if (!(by_all >> k & 1)) task.rays = packet_lanes(w, s, node, k, now.rays);
             if (!task.rays) continue;
             prefetch_child(bvh, block, task.child);
             uint32_t i = top++;
@@ -781,25 +979,33 @@ static inline __attribute__((always_inline)) void walk_packet(const Bvh *bvh, Wa
     }
 }
 
-/* The rays for which one after the other costs less than triangle by triangle for all. */
+/* One ray after the other where that costs less than one triangle after the other for all. */
 static void block_leaf(void *context, uint32_t block, uint64_t rays)
 {
     const Target *g = context;
     const MeshBlock *b = &g->mesh->block[block];
     uint32_t groups = 0;
     for (uint32_t at = 0; at < GROUP; at += LANES) groups += (rays >> at & LANE_BITS) != 0;
-    if ((uint32_t)__builtin_popcountll(rays) > b->count * groups) {
-        block_by_triangles(g, b, rays);
+    bool by_rays = (uint32_t)__builtin_popcountll(rays) <= b->count * groups;
+    if (by_rays && !g->space->one_origin) {
+        for (; rays; rays &= rays - 1) block_by_rays(g, b, (uint32_t)__builtin_ctzll(rays));
         return;
     }
-    for (; rays; rays &= rays - 1) block_by_rays(g, b, (uint32_t)__builtin_ctzll(rays));
+    BlockView view;
+    block_view(g, b, (uint32_t)__builtin_ctzll(rays), &view);
+    if (by_rays)
+        block_by_viewers(g, b, &view, rays);
+    else if (g->space->one_origin)
+        block_by_triangles(g, b, &view, rays, true);
+    else
+        block_by_triangles(g, b, &view, rays, false);
 }
 
 /* ---- objects ---- */
 
 static void at_mesh(Walk *w, uint32_t index, const MeshPrim *mesh, Space *s, uint64_t rays, bool coherent, bool any)
 {
-    Target g = {w, s, mesh, index, margins_of(s->o_err, s->d_err, s->d_most, s->reach + mesh->reach), any};
+    Target g = {w, s, mesh, index, margins_of(s->o_err, s->d_err, s->d_sum, s->reach + mesh->reach), any};
     if (!coherent && __builtin_popcountll(rays) > 1) {
         if (mesh->bvh.node_count < SMALL_NODES) walk_small(&g, rays);
         else walk_large(&g, rays);
@@ -975,113 +1181,146 @@ static inline __attribute__((always_inline)) Doubles along(Axes k, Doubles x, Do
     return doubles_pick(k.x, x, doubles_pick(k.y, y, z));
 }
 
+/* Hits of one object: their rays, of the world, in columns, and what they hit. */
 typedef struct {
-    _Alignas(64) double o[3][DOUBLES], d[3][DOUBLES], scale[DOUBLES], corner[3][3][DOUBLES];  /* d is times scale */
-    double t[DOUBLES], u[DOUBLES], v[DOUBLES];
-} Confirm;
+    _Alignas(64) double o[3][GROUP + DOUBLES], d[3][GROUP + DOUBLES], per_scale[GROUP + DOUBLES];
+    uint32_t triangle[GROUP + DOUBLES];
+    const uint32_t *corner[GROUP];
+    Hit *hit[GROUP];
+    uint32_t count;
+} Found;
 
-/* t, u and v of triangle_t and triangle_cut. Only for hits that the margins in float vouch for: these are far above all
- * that triangle_cut or triangle_t could doubt in double. */
-static __attribute__((noinline)) void confirm_lanes(Confirm *q)
+typedef struct { Doubles t, u, v; } Confirmed;
+
+/* t, u and v of triangle_t and triangle_cut; d is about 1 long, `scale` times the ray's. Only for hits that the margins in
+ * float vouch for: these are far above all that triangle_cut or triangle_t could doubt in double. */
+static inline __attribute__((always_inline)) Confirmed confirm(const Vecs *o, const Vecs *d, Doubles scale,
+                                                               const Vecs corner[3])
 {
-    Vecs o = {*(Doubles *)q->o[0], *(Doubles *)q->o[1], *(Doubles *)q->o[2]};
-    Vecs d = {*(Doubles *)q->d[0], *(Doubles *)q->d[1], *(Doubles *)q->d[2]}, corner[3];
-    for (int i = 0; i < 3; i++)
-        corner[i] = (Vecs){*(Doubles *)q->corner[i][0], *(Doubles *)q->corner[i][1], *(Doubles *)q->corner[i][2]};
-    Doubles ax = doubles_abs(d.x), ay = doubles_abs(d.y), az = doubles_abs(d.z);
+    Doubles ax = doubles_abs(d->x), ay = doubles_abs(d->y), az = doubles_abs(d->z);
     DoublesMask x_y = doubles_le(ay, ax);
     Axes k = {doubles_mask_and(x_y, doubles_le(az, ax)), doubles_mask_without(doubles_le(az, ay), x_y)};
-    Doubles dx = along(k, d.y, d.z, d.x), dy = along(k, d.z, d.x, d.y), dz = along(k, d.x, d.y, d.z);
+    Doubles dx = along(k, d->y, d->z, d->x), dy = along(k, d->z, d->x, d->y), dz = along(k, d->x, d->y, d->z);
     Doubles sx = dx / dz, sy = dy / dz;
     Vecs sheared[3];
     for (int i = 0; i < 3; i++) {
-        Doubles x = corner[i].x - o.x, y = corner[i].y - o.y, z = corner[i].z - o.z, far = along(k, x, y, z);
+        Doubles x = corner[i].x - o->x, y = corner[i].y - o->y, z = corner[i].z - o->z, far = along(k, x, y, z);
         sheared[i] = (Vecs){along(k, y, z, x) - sx * far, along(k, z, x, y) - sy * far, far};
     }
     Vecs a = sheared[0], b = sheared[1], c = sheared[2];
     Doubles ea = c.x * b.y - c.y * b.x, eb = a.x * c.y - a.y * c.x, ec = b.x * a.y - b.y * a.x;
     Doubles r = doubles_set(1) / (ea + eb + ec);
-    *(Doubles *)q->u = eb * r;
-    *(Doubles *)q->v = ec * r;
 
-    DdVecs to = ddvecs_between(&o, &corner[0]), e = ddvecs_between(&corner[0], &corner[1]);
+    DdVecs to = ddvecs_between(o, &corner[0]), e = ddvecs_between(&corner[0], &corner[1]);
     DdVecs f = ddvecs_between(&corner[0], &corner[2]);
     DdVecs n = {dds_minor(e.y, f.z, e.z, f.y), dds_minor(e.z, f.x, e.x, f.z), dds_minor(e.x, f.y, e.y, f.x)};
     Doubles zero = doubles_set(0);
-    DdVecs way = {{d.x, zero}, {d.y, zero}, {d.z, zero}};
+    DdVecs way = {{d->x, zero}, {d->y, zero}, {d->z, zero}};
     Dds top = ddvecs_dot(&n, &to), slope = ddvecs_dot(&n, &way);
     Doubles per_slope = doubles_set(1) / slope.hi, t0 = top.hi * per_slope;
     Dds back = dds_prod(t0, slope.hi);
     Doubles t = t0 + (((top.hi - back.hi) - back.lo) + (top.lo - t0 * slope.lo)) * per_slope;
-    *(Doubles *)q->t = t * *(Doubles *)q->scale;
+    return (Confirmed){t * scale, eb * r, ec * r};
 }
 
-static void put3(double (*to)[DOUBLES], uint32_t j, const Vec3 *v)
+/* affine_vector and, with `shift`, affine_point. */
+static inline __attribute__((always_inline)) Vecs vecs_map(const Affine *map, const Vecs *v, bool shift)
 {
-    to[0][j] = v->x;
-    to[1][j] = v->y;
-    to[2][j] = v->z;
+    Doubles r[3];
+    for (int a = 0; a < 3; a++) {
+        const double *m = map->m[a];
+        r[a] = doubles_set(m[0]) * v->x + doubles_set(m[1]) * v->y + doubles_set(m[2]) * v->z;
+        if (shift) r[a] = r[a] + doubles_set(m[3]);
+    }
+    return (Vecs){r[0], r[1], r[2]};
 }
 
-/* Ray i in the space of its nearest hit's object. */
-static inline void put_ray(Confirm *q, uint32_t j, const Walk *w, uint32_t i)
+static inline __attribute__((always_inline)) Vecs vecs_column(double (*p)[GROUP + DOUBLES], uint32_t k)
 {
-    const Object *object = &w->world->objects[w->object[i]];
-    if (object->in_world) {
+    return (Vecs){*(Doubles *)(p[0] + k), *(Doubles *)(p[1] + k), *(Doubles *)(p[2] + k)};
+}
+
+/* The hits of an object that are known in float, with the triangles' numbers on their way. */
+static void found_gather(Found *f, Walk *w, uint64_t rays, const MeshPrim *mesh)
+{
+    uint32_t n = 0;
+    for (uint64_t left = rays; left; left &= left - 1, n++) {
+        uint32_t i = (uint32_t)__builtin_ctzll(left);
+        f->triangle[n] = w->triangle[i];
+        f->corner[n] = mesh->triangle[w->triangle[i]];
+        f->hit[n] = &w->hit[i];
+        __builtin_prefetch(f->corner[n]);
+    }
+    f->count = n;
+    n = 0;
+    for (uint32_t at = 0; at < w->count; at += DOUBLES) {
+        uint32_t bits = (uint32_t)(rays >> at) & ((1u << DOUBLES) - 1);
         for (int a = 0; a < 3; a++) {
-            q->o[a][j] = w->o[a][i];
-            q->d[a][j] = w->d[a][i];
+            doubles_keep(f->o[a] + n, w->o[a] + at, bits);
+            doubles_keep(f->d[a] + n, w->d[a] + at, bits);
         }
-        q->scale[j] = 1 / w->per_scale[i];
-        return;
+        doubles_keep(f->per_scale + n, w->per_scale + at, bits);
+        n += (uint32_t)__builtin_popcount(bits);
     }
-    Ray local = ray_to_object(object, &w->ray[i]);
-    q->scale[j] = vec3_pow2_scale(local.d);
-    put3(q->o, j, &local.o);
-    Vec3 d = vec3_scale(local.d, q->scale[j]);
-    put3(q->d, j, &d);
 }
 
-/* Computes all the nearest hits in double; the triangles' corners are fetched ahead, first their numbers. */
-static void settle_all(Walk *w)
+/* Computes hits of an object in double. */
+static __attribute__((noinline)) void settle_object(Walk *w, uint32_t index, uint64_t rays)
 {
-    const uint32_t *corner[GROUP];
-    const MeshPrim *of[GROUP], *mesh = NULL;
-    uint32_t lane[GROUP], n = 0, object = HIT_NONE;
-    for (uint32_t i = 0; i < w->count; i++) {
-        if (w->object[i] == HIT_NONE || (w->exact >> i & 1)) continue;
-        if (w->object[i] != object) {
-            object = w->object[i];
-            mesh = mesh_of(w, object);
+    const Object *object = &w->world->objects[index];
+    const MeshPrim *mesh = mesh_of(w, index);
+    Found f;
+    found_gather(&f, w, rays, mesh);
+    for (uint32_t k = 0; k < f.count; k++)
+        for (int j = 0; j < 3; j++) __builtin_prefetch(&mesh->position[f.corner[k][j]]);
+    for (uint32_t k = 0; k < f.count; k += DOUBLES) {
+        uint32_t lanes = f.count - k < DOUBLES ? f.count - k : DOUBLES;
+        const double *at[3][DOUBLES];
+        for (uint32_t j = 0; j < DOUBLES; j++)
+            for (int c = 0; c < 3; c++) at[c][j] = &mesh->position[f.corner[k + (j < lanes ? j : 0)][c]].x;
+        Vecs o = vecs_column(f.o, k), d = vecs_column(f.d, k), corner[3];
+        for (int c = 0; c < 3; c++) doubles_gather(at[c], &corner[c].x, &corner[c].y, &corner[c].z);
+        Doubles scale = doubles_set(1) / *(const Doubles *)(f.per_scale + k);
+        if (!object->in_world) {
+            Doubles per = *(const Doubles *)(f.per_scale + k);
+            Vecs given = {d.x * per, d.y * per, d.z * per};
+            o = vecs_map(&object->to_object, &o, true);
+            d = vecs_map(&object->to_object, &given, false);
+            doubles_power(doubles_max(doubles_abs(d.x), doubles_max(doubles_abs(d.y), doubles_abs(d.z))), &scale);
+            d = (Vecs){d.x * scale, d.y * scale, d.z * scale};
         }
-        of[n] = mesh;
-        corner[n] = mesh->triangle[w->triangle[i]];
-        __builtin_prefetch(corner[n]);
-        lane[n++] = i;
-    }
-    for (uint32_t k = 0; k < n; k++)
-        for (int j = 0; j < 3; j++) __builtin_prefetch(&of[k]->position[corner[k][j]]);
-    Confirm q;
-    for (uint32_t k = 0; k < n; k += DOUBLES) {
-        uint32_t lanes = n - k < DOUBLES ? n - k : DOUBLES;
-        for (uint32_t j = 0; j < DOUBLES; j++) {
-            uint32_t at = k + (j < lanes ? j : 0);
-            put_ray(&q, j, w, lane[at]);
-            for (int c = 0; c < 3; c++) put3(q.corner[c], j, &of[at]->position[corner[at][c]]);
-        }
-        confirm_lanes(&q);
+        prefetch_rays(w->ray + k, DOUBLES);
+        Confirmed r = confirm(&o, &d, scale, corner);
+        double t[DOUBLES], u[DOUBLES], v[DOUBLES];
+        doubles_store(t, r.t), doubles_store(u, r.u), doubles_store(v, r.v);
         for (uint32_t j = 0; j < lanes; j++) {
-            uint32_t i = lane[k + j];
-            w->hit[i] = (Hit){q.t[j], q.u[j], q.v[j], w->triangle[i], part_of(of[k + j], w->triangle[i]), w->object[i]};
+            uint32_t triangle = f.triangle[k + j];
+            *f.hit[k + j] = (Hit){t[j], u[j], v[j], triangle, part_of(mesh, triangle), index};
         }
     }
+}
+
+static uint64_t rays_of(const Walk *w, uint32_t object)
+{
+    uint64_t rays = 0;
+    for (uint32_t at = 0; at < w->count; at += LANES)
+        rays |= (uint64_t)lanes_equal_int(*(const LanesInt *)(w->object + at), lanes_set_int(object)) << at;
+    return rays & group_all(w->count);
 }
 
 static void take_hits(Walk *w)
 {
-    settle_all(w);
-    for (uint32_t i = 0; i < w->count; i++)
-        if (w->object[i] == HIT_NONE) w->hit[i] = (Hit){.t = w->ray[i].tmax, .object = HIT_NONE};
+    uint64_t none = rays_of(w, HIT_NONE);
+    for (uint64_t left = group_all(w->count) & ~none & ~w->exact; left;) {
+        uint32_t object = w->object[__builtin_ctzll(left)];
+        uint64_t same = left & rays_of(w, object);
+        settle_object(w, object, same);
+        left &= ~same;
+    }
+    for (; none; none &= none - 1) {
+        uint32_t i = (uint32_t)__builtin_ctzll(none);
+        w->hit[i] = (Hit){.t = w->ray[i].tmax, .object = HIT_NONE};
+    }
 }
 
 static void intersect(const World *world, const Ray *rays, Hit *hits, size_t n, Scratch *scratch)
@@ -1112,6 +1351,7 @@ static void occluded(const World *world, const Ray *rays, bool *blocked, size_t 
             kernel_scalar.occluded(world, rays + at, blocked + at, count, scratch);
             continue;
         }
+        prefetch_rays(rays + at, GROUP);
         trace(&w, true);
         for (uint32_t i = 0; i < count; i++) blocked[at + i] = !(w.alive >> i & 1);
     }
