@@ -184,6 +184,14 @@ static inline void doubles_keep(double *to, const double *from, uint32_t bits)
     for (; bits; bits &= bits - 1) *to++ = from[__builtin_ctz(bits)];
 }
 
+static inline Doubles doubles_first(Doubles a) { return _mm256_permute4x64_pd(a, 0); }
+
+/* Of sixteen numbers those with these indices. */
+static inline Doubles doubles_chosen(const double *of, const uint32_t *index)
+{
+    return _mm256_setr_pd(of[index[0]], of[index[1]], of[index[2]], of[index[3]]);
+}
+
 /* Four vectors of three from four places. */
 static inline void doubles_gather(const double *const *p, Doubles *x, Doubles *y, Doubles *z)
 {

@@ -148,6 +148,15 @@ static inline void doubles_keep(double *to, const double *from, uint32_t bits)
     _mm512_storeu_pd(to, _mm512_maskz_compress_pd((__mmask8)bits, _mm512_loadu_pd(from)));
 }
 
+static inline Doubles doubles_first(Doubles a) { return _mm512_broadcastsd_pd(_mm512_castpd512_pd128(a)); }
+
+/* Of sixteen numbers those with these indices. */
+static inline Doubles doubles_chosen(const double *of, const uint32_t *index)
+{
+    __m512i at = _mm512_cvtepu32_epi64(_mm256_loadu_si256((const __m256i *)index));
+    return _mm512_permutex2var_pd(_mm512_load_pd(of), at, _mm512_load_pd(of + 8));
+}
+
 /* Eight vectors of three from eight places. */
 static inline void doubles_gather(const double *const *p, Doubles *x, Doubles *y, Doubles *z)
 {

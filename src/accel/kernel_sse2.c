@@ -172,6 +172,14 @@ static inline void doubles_keep(double *to, const double *from, uint32_t bits)
     for (; bits; bits &= bits - 1) *to++ = from[__builtin_ctz(bits)];
 }
 
+static inline Doubles doubles_first(Doubles a) { return _mm_unpacklo_pd(a, a); }
+
+/* Of sixteen numbers those with these indices. */
+static inline Doubles doubles_chosen(const double *of, const uint32_t *index)
+{
+    return _mm_setr_pd(of[index[0]], of[index[1]]);
+}
+
 /* Two vectors of three from two places. */
 static inline void doubles_gather(const double *const *p, Doubles *x, Doubles *y, Doubles *z)
 {

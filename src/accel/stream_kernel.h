@@ -1181,21 +1181,29 @@ static inline __attribute__((always_inline)) Doubles along(Axes k, Doubles x, Do
     return doubles_pick(k.x, x, doubles_pick(k.y, y, z));
 }
 
-/* Hits of one object: their rays, of the world, in columns, and what they hit. */
+/* Triangles as seen from an origin: their corners from there, and n and n . (a - o) of triangle_t. */
 typedef struct {
-    _Alignas(64) double o[3][GROUP + DOUBLES], d[3][GROUP + DOUBLES], per_scale[GROUP + DOUBLES];
-    uint32_t triangle[GROUP + DOUBLES];
-    const uint32_t *corner[GROUP];
-    Hit *hit[GROUP];
-    uint32_t count;
-} Found;
+    Vecs to[3];
+    DdVecs n;
+    Dds top;
+} Faces;
+
+static inline __attribute__((always_inline)) Faces faces_of(const Vecs *o, const Vecs corner[3])
+{
+    Faces s;
+    DdVecs to = ddvecs_between(o, &corner[0]), e = ddvecs_between(&corner[0], &corner[1]);
+    DdVecs f = ddvecs_between(&corner[0], &corner[2]);
+    for (int i = 0; i < 3; i++) s.to[i] = (Vecs){corner[i].x - o->x, corner[i].y - o->y, corner[i].z - o->z};
+    s.n = (DdVecs){dds_minor(e.y, f.z, e.z, f.y), dds_minor(e.z, f.x, e.x, f.z), dds_minor(e.x, f.y, e.y, f.x)};
+    s.top = ddvecs_dot(&s.n, &to);
+    return s;
+}
 
 typedef struct { Doubles t, u, v; } Confirmed;
 
 /* t, u and v of triangle_t and triangle_cut; d is about 1 long, `scale` times the ray's. Only for hits that the margins in
  * float vouch for: these are far above all that triangle_cut or triangle_t could doubt in double. */
-static inline __attribute__((always_inline)) Confirmed confirm(const Vecs *o, const Vecs *d, Doubles scale,
-                                                               const Vecs corner[3])
+static inline __attribute__((always_inline)) Confirmed confirm(const Faces *face, const Vecs *d, Doubles scale)
 {
     Doubles ax = doubles_abs(d->x), ay = doubles_abs(d->y), az = doubles_abs(d->z);
     DoublesMask x_y = doubles_le(ay, ax);
@@ -1204,22 +1212,17 @@ static inline __attribute__((always_inline)) Confirmed confirm(const Vecs *o, co
     Doubles sx = dx / dz, sy = dy / dz;
     Vecs sheared[3];
     for (int i = 0; i < 3; i++) {
-        Doubles x = corner[i].x - o->x, y = corner[i].y - o->y, z = corner[i].z - o->z, far = along(k, x, y, z);
+        Doubles x = face->to[i].x, y = face->to[i].y, z = face->to[i].z, far = along(k, x, y, z);
         sheared[i] = (Vecs){along(k, y, z, x) - sx * far, along(k, z, x, y) - sy * far, far};
     }
     Vecs a = sheared[0], b = sheared[1], c = sheared[2];
     Doubles ea = c.x * b.y - c.y * b.x, eb = a.x * c.y - a.y * c.x, ec = b.x * a.y - b.y * a.x;
-    Doubles r = doubles_set(1) / (ea + eb + ec);
-
-    DdVecs to = ddvecs_between(o, &corner[0]), e = ddvecs_between(&corner[0], &corner[1]);
-    DdVecs f = ddvecs_between(&corner[0], &corner[2]);
-    DdVecs n = {dds_minor(e.y, f.z, e.z, f.y), dds_minor(e.z, f.x, e.x, f.z), dds_minor(e.x, f.y, e.y, f.x)};
-    Doubles zero = doubles_set(0);
+    Doubles r = doubles_set(1) / (ea + eb + ec), zero = doubles_set(0);
     DdVecs way = {{d->x, zero}, {d->y, zero}, {d->z, zero}};
-    Dds top = ddvecs_dot(&n, &to), slope = ddvecs_dot(&n, &way);
-    Doubles per_slope = doubles_set(1) / slope.hi, t0 = top.hi * per_slope;
+    Dds slope = ddvecs_dot(&face->n, &way);
+    Doubles per_slope = doubles_set(1) / slope.hi, t0 = face->top.hi * per_slope;
     Dds back = dds_prod(t0, slope.hi);
-    Doubles t = t0 + (((top.hi - back.hi) - back.lo) + (top.lo - t0 * slope.lo)) * per_slope;
+    Doubles t = t0 + (((face->top.hi - back.hi) - back.lo) + (face->top.lo - t0 * slope.lo)) * per_slope;
     return (Confirmed){t * scale, eb * r, ec * r};
 }
 
@@ -1235,21 +1238,38 @@ static inline __attribute__((always_inline)) Vecs vecs_map(const Affine *map, co
     return (Vecs){r[0], r[1], r[2]};
 }
 
+/* Triangles that rays from one origin share most of the work for. */
+enum { FACES = 16 };
+
+enum { FACE_NUMBERS = sizeof(Faces) / sizeof(Doubles) };
+
+/* Hits of one object: their rays, of the world, in columns, and what they hit. */
+typedef struct {
+    _Alignas(64) double o[3][GROUP + DOUBLES], d[3][GROUP + DOUBLES], per_scale[GROUP + DOUBLES];
+    _Alignas(64) uint32_t triangle[GROUP];
+    uint32_t slot[GROUP];                        /* of the triangle in a table of faces */
+    Hit *hit[GROUP];
+    uint32_t count;
+    const World *world;
+    uint32_t index;
+    const MeshPrim *mesh;
+} Found;
+
 static inline __attribute__((always_inline)) Vecs vecs_column(double (*p)[GROUP + DOUBLES], uint32_t k)
 {
     return (Vecs){*(Doubles *)(p[0] + k), *(Doubles *)(p[1] + k), *(Doubles *)(p[2] + k)};
 }
 
-/* The hits of an object that are known in float, with the triangles' numbers on their way. */
-static void found_gather(Found *f, Walk *w, uint64_t rays, const MeshPrim *mesh)
+/* The hits of an object that are known in float. Whether most are on the triangle of the one before. */
+static inline bool found_gather(Found *f, Walk *w, uint64_t rays)
 {
-    uint32_t n = 0;
+    uint32_t n = 0, last = UINT32_MAX, same = 0;
     for (uint64_t left = rays; left; left &= left - 1, n++) {
         uint32_t i = (uint32_t)__builtin_ctzll(left);
         f->triangle[n] = w->triangle[i];
-        f->corner[n] = mesh->triangle[w->triangle[i]];
         f->hit[n] = &w->hit[i];
-        __builtin_prefetch(f->corner[n]);
+        same += w->triangle[i] == last;
+        last = w->triangle[i];
     }
     f->count = n;
     n = 0;
@@ -1262,41 +1282,118 @@ static void found_gather(Found *f, Walk *w, uint64_t rays, const MeshPrim *mesh)
         doubles_keep(f->per_scale + n, w->per_scale + at, bits);
         n += (uint32_t)__builtin_popcount(bits);
     }
+    return 2 * same > n;
+}
+
+/* The corners of DOUBLES triangles, of which the last ones may be the first again. */
+static inline __attribute__((always_inline)) void corners_of(const MeshPrim *mesh, const uint32_t *triangle, uint32_t count,
+                                                             Vecs corner[3])
+{
+    const double *at[3][DOUBLES];
+    for (uint32_t j = 0; j < DOUBLES; j++) {
+        const uint32_t *k = mesh->triangle[triangle[j < count ? j : 0]];
+        for (int c = 0; c < 3; c++) at[c][j] = &mesh->position[k[c]].x;
+    }
+    for (int c = 0; c < 3; c++) doubles_gather(at[c], &corner[c].x, &corner[c].y, &corner[c].z);
+}
+
+static inline __attribute__((always_inline)) Vecs found_origin(Found *f, uint32_t k)
+{
+    const Object *object = &f->world->objects[f->index];
+    Vecs o = vecs_column(f->o, k);
+    return object->in_world ? o : vecs_map(&object->to_object, &o, true);
+}
+
+/* Computes the hits from k on, whose faces are known. */
+static inline __attribute__((always_inline)) void found_settle(Found *f, uint32_t k, const Faces *face)
+{
+    const Object *object = &f->world->objects[f->index];
+    Vecs d = vecs_column(f->d, k);
+    Doubles per = *(Doubles *)(f->per_scale + k), scale = doubles_set(1) / per;
+    if (!object->in_world) {
+        Vecs given = {d.x * per, d.y * per, d.z * per};
+        d = vecs_map(&object->to_object, &given, false);
+        doubles_power(doubles_max(doubles_abs(d.x), doubles_max(doubles_abs(d.y), doubles_abs(d.z))), &scale);
+        d = (Vecs){d.x * scale, d.y * scale, d.z * scale};
+    }
+    Confirmed r = confirm(face, &d, scale);
+    double t[DOUBLES], u[DOUBLES], v[DOUBLES];
+    doubles_store(t, r.t), doubles_store(u, r.u), doubles_store(v, r.v);
+    for (uint32_t j = 0; j < DOUBLES && k + j < f->count; j++) {
+        uint32_t triangle = f->triangle[k + j];
+        *f->hit[k + j] = (Hit){t[j], u[j], v[j], triangle, part_of(f->mesh, triangle), f->index};
+    }
+}
+
+static inline bool one_origin(Found *f)
+{
+    uint32_t other = 0;
+    for (int a = 0; a < 3; a++) {
+        Doubles first = doubles_set(f->o[a][0]);
+        for (uint32_t k = 0; k < f->count; k += DOUBLES) {
+            uint32_t lanes = f->count - k < DOUBLES ? f->count - k : DOUBLES;
+            Doubles o = *(Doubles *)(f->o[a] + k);
+            other |= (doubles_lt(o, first) | doubles_lt(first, o)) & ((1u << lanes) - 1);
+        }
+    }
+    return !other;
+}
+
+/* Fills in which slot of a table of different triangles each hit's has, and the table's triangles; their number, 0 if there
+ * are more than FACES. */
+static inline uint32_t found_slots(Found *f, uint32_t triangle[FACES])
+{
+    uint32_t n = 0;
+    memset(f->slot, 0, sizeof f->slot);
+    for (uint64_t left = group_all(f->count); left; n++) {
+        if (n == FACES) return 0;
+        triangle[n] = f->triangle[__builtin_ctzll(left)];
+        uint64_t same = 0;
+        for (uint32_t at = 0; at < f->count; at += LANES) {
+            LanesInt *slot = (LanesInt *)(f->slot + at);
+            uint32_t bits = lanes_equal_int(*(LanesInt *)(f->triangle + at), lanes_set_int(triangle[n]));
+            *slot = lanes_pick_int(mask_of(bits), lanes_set_int(n), *slot);
+            same |= (uint64_t)bits << at;
+        }
+        left &= ~same;
+    }
+    return n;
 }
 
 /* Computes hits of an object in double. */
 static __attribute__((noinline)) void settle_object(Walk *w, uint32_t index, uint64_t rays)
 {
-    const Object *object = &w->world->objects[index];
-    const MeshPrim *mesh = mesh_of(w, index);
     Found f;
-    found_gather(&f, w, rays, mesh);
+    f.world = w->world;
+    f.index = index;
+    f.mesh = mesh_of(w, index);
+    uint32_t different[FACES], n = 0;
+    if (found_gather(&f, w, rays) && one_origin(&f)) n = found_slots(&f, different);
+    if (n > 0) {
+        _Alignas(64) double table[FACE_NUMBERS][FACES];
+        for (uint32_t k = 0; k < n; k += DOUBLES) {
+            Vecs o = found_origin(&f, 0), first = {doubles_first(o.x), doubles_first(o.y), doubles_first(o.z)}, corner[3];
+            corners_of(f.mesh, different + k, n - k, corner);
+            Faces face = faces_of(&first, corner);
+            for (int i = 0; i < FACE_NUMBERS; i++) doubles_store(table[i] + k, ((const Doubles *)&face)[i]);
+        }
+        for (uint32_t k = 0; k < f.count; k += DOUBLES) {
+            Faces face;
+            prefetch_rays(w->ray + k, DOUBLES);
+            for (int i = 0; i < FACE_NUMBERS; i++) ((Doubles *)&face)[i] = doubles_chosen(table[i], f.slot + k);
+            found_settle(&f, k, &face);
+        }
+        return;
+    }
+    for (uint32_t k = 0; k < f.count; k++) __builtin_prefetch(f.mesh->triangle[f.triangle[k]]);
     for (uint32_t k = 0; k < f.count; k++)
-        for (int j = 0; j < 3; j++) __builtin_prefetch(&mesh->position[f.corner[k][j]]);
+        for (int j = 0; j < 3; j++) __builtin_prefetch(&f.mesh->position[f.mesh->triangle[f.triangle[k]][j]]);
     for (uint32_t k = 0; k < f.count; k += DOUBLES) {
-        uint32_t lanes = f.count - k < DOUBLES ? f.count - k : DOUBLES;
-        const double *at[3][DOUBLES];
-        for (uint32_t j = 0; j < DOUBLES; j++)
-            for (int c = 0; c < 3; c++) at[c][j] = &mesh->position[f.corner[k + (j < lanes ? j : 0)][c]].x;
-        Vecs o = vecs_column(f.o, k), d = vecs_column(f.d, k), corner[3];
-        for (int c = 0; c < 3; c++) doubles_gather(at[c], &corner[c].x, &corner[c].y, &corner[c].z);
-        Doubles scale = doubles_set(1) / *(const Doubles *)(f.per_scale + k);
-        if (!object->in_world) {
-            Doubles per = *(const Doubles *)(f.per_scale + k);
-            Vecs given = {d.x * per, d.y * per, d.z * per};
-            o = vecs_map(&object->to_object, &o, true);
-            d = vecs_map(&object->to_object, &given, false);
-            doubles_power(doubles_max(doubles_abs(d.x), doubles_max(doubles_abs(d.y), doubles_abs(d.z))), &scale);
-            d = (Vecs){d.x * scale, d.y * scale, d.z * scale};
-        }
         prefetch_rays(w->ray + k, DOUBLES);
-        Confirmed r = confirm(&o, &d, scale, corner);
-        double t[DOUBLES], u[DOUBLES], v[DOUBLES];
-        doubles_store(t, r.t), doubles_store(u, r.u), doubles_store(v, r.v);
-        for (uint32_t j = 0; j < lanes; j++) {
-            uint32_t triangle = f.triangle[k + j];
-            *f.hit[k + j] = (Hit){t[j], u[j], v[j], triangle, part_of(mesh, triangle), index};
-        }
+        Vecs o = found_origin(&f, k), corner[3];
+        corners_of(f.mesh, f.triangle + k, f.count - k, corner);
+        Faces face = faces_of(&o, corner);
+        found_settle(&f, k, &face);
     }
 }
 
