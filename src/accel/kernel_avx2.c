@@ -8,7 +8,10 @@
 #endif
 
 #include <immintrin.h>
+#include <stddef.h>
 #include <stdint.h>
+
+#include "common/ray.h"
 
 enum { LANES = 8 };
 
@@ -182,6 +185,21 @@ static inline void doubles_store(double *p, Doubles a) { _mm256_storeu_pd(p, a);
 static inline void doubles_keep(double *to, const double *from, uint32_t bits)
 {
     for (; bits; bits &= bits - 1) *to++ = from[__builtin_ctz(bits)];
+}
+
+/* Whole numbers as the bits of doubles. */
+static inline Doubles doubles_of_ints(const uint32_t *p)
+{
+    return _mm256_castsi256_pd(_mm256_cvtepu32_epi64(_mm_loadu_si128((const __m128i *)p)));
+}
+
+/* The numbers of a lane, one after the other, to the lane's place, `offset` bytes behind what is there. */
+static inline void doubles_store_pairs(Hit *const *to, size_t offset, Doubles a, Doubles b)
+{
+    Doubles even = _mm256_unpacklo_pd(a, b), odd = _mm256_unpackhi_pd(a, b);
+#define PAIR(i, pairs) _mm_storeu_pd((double *)((char *)to[i] + offset), _mm256_extractf128_pd(pairs, (i) / 2))
+    PAIR(0, even), PAIR(1, odd), PAIR(2, even), PAIR(3, odd);
+#undef PAIR
 }
 
 static inline Doubles doubles_first(Doubles a) { return _mm256_permute4x64_pd(a, 0); }

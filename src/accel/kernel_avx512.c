@@ -9,7 +9,10 @@
 #endif
 
 #include <immintrin.h>
+#include <stddef.h>
 #include <stdint.h>
+
+#include "common/ray.h"
 
 enum { LANES = 16 };
 
@@ -146,6 +149,21 @@ static inline void doubles_store(double *p, Doubles a) { _mm512_storeu_pd(p, a);
 static inline void doubles_keep(double *to, const double *from, uint32_t bits)
 {
     _mm512_storeu_pd(to, _mm512_maskz_compress_pd((__mmask8)bits, _mm512_loadu_pd(from)));
+}
+
+/* Whole numbers as the bits of doubles. */
+static inline Doubles doubles_of_ints(const uint32_t *p)
+{
+    return _mm512_castsi512_pd(_mm512_cvtepu32_epi64(_mm256_loadu_si256((const __m256i *)p)));
+}
+
+/* The numbers of a lane, one after the other, to the lane's place, `offset` bytes behind what is there. */
+static inline void doubles_store_pairs(Hit *const *to, size_t offset, Doubles a, Doubles b)
+{
+    Doubles even = _mm512_unpacklo_pd(a, b), odd = _mm512_unpackhi_pd(a, b);
+#define PAIR(i, pairs) _mm_storeu_pd((double *)((char *)to[i] + offset), _mm512_extractf64x2_pd(pairs, (i) / 2))
+    PAIR(0, even), PAIR(1, odd), PAIR(2, even), PAIR(3, odd), PAIR(4, even), PAIR(5, odd), PAIR(6, even), PAIR(7, odd);
+#undef PAIR
 }
 
 static inline Doubles doubles_first(Doubles a) { return _mm512_broadcastsd_pd(_mm512_castpd512_pd128(a)); }

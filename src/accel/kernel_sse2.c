@@ -1,7 +1,10 @@
 /* Streams with SSE2, which every x86-64 has: four rays or four boxes at once. */
 #if defined(__x86_64__)
 #include <emmintrin.h>
+#include <stddef.h>
 #include <stdint.h>
+
+#include "common/ray.h"
 
 enum { LANES = 4 };
 
@@ -170,6 +173,19 @@ static inline void doubles_store(double *p, Doubles a) { _mm_storeu_pd(p, a); }
 static inline void doubles_keep(double *to, const double *from, uint32_t bits)
 {
     for (; bits; bits &= bits - 1) *to++ = from[__builtin_ctz(bits)];
+}
+
+/* Whole numbers as the bits of doubles. */
+static inline Doubles doubles_of_ints(const uint32_t *p)
+{
+    return _mm_castsi128_pd(_mm_unpacklo_epi32(_mm_loadl_epi64((const __m128i *)p), _mm_setzero_si128()));
+}
+
+/* The numbers of a lane, one after the other, to the lane's place, `offset` bytes behind what is there. */
+static inline void doubles_store_pairs(Hit *const *to, size_t offset, Doubles a, Doubles b)
+{
+    _mm_storeu_pd((double *)((char *)to[0] + offset), _mm_unpacklo_pd(a, b));
+    _mm_storeu_pd((double *)((char *)to[1] + offset), _mm_unpackhi_pd(a, b));
 }
 
 static inline Doubles doubles_first(Doubles a) { return _mm_unpacklo_pd(a, a); }

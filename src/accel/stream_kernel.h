@@ -79,6 +79,9 @@ typedef struct {
     float first_o[3], last_o[3], r_low[3], r_high[3], slack_t[3];
 } Space;
 
+/* Rays as they were given, in double; room for a vector at the end. */
+typedef struct { _Alignas(64) double o[3][GROUP + DOUBLES], d[3][GROUP + DOUBLES], per_scale[GROUP + DOUBLES]; } Columns;
+
 /* A group of rays on their way through the world. t is in units of 1 / scale of its ray. */
 typedef struct {
     const World *world;
@@ -90,7 +93,7 @@ typedef struct {
     _Alignas(64) uint32_t object[GROUP]; /* of the nearest hit so far */
     uint32_t triangle[GROUP];
     Hit *hit;                            /* the caller's, of the nearest hits that are known in double */
-    _Alignas(64) double o[3][GROUP], d[3][GROUP], per_scale[GROUP];  /* d about 1 long */
+    Columns given;                       /* d about 1 long */
     float world_reach;
     Space space;
 } Walk;
@@ -153,12 +156,12 @@ static inline __attribute__((always_inline)) bool walk_load(Walk *w, const Ray *
         far = doubles_max(far, doubles_max(doubles_abs(f[0]), doubles_max(doubles_abs(f[1]), doubles_abs(f[2]))));
         for (int a = 0; a < 3; a++) {
             Doubles d = f[3 + a] * scale;
-            *(Doubles *)(w->o[a] + i) = f[a];
-            *(Doubles *)(w->d[a] + i) = d;
+            *(Doubles *)(w->given.o[a] + i) = f[a];
+            *(Doubles *)(w->given.d[a] + i) = d;
             doubles_to_floats(s->o[a] + i, f[a]);
             doubles_to_floats(s->d[a] + i, d);
         }
-        *(Doubles *)(w->per_scale + i) = per_scale;
+        *(Doubles *)(w->given.per_scale + i) = per_scale;
         doubles_to_floats(s->tmin + i, f[6] * per_scale);
         doubles_to_floats(s->tmax + i, f[7] * per_scale);
     }
@@ -296,9 +299,9 @@ static uint64_t object_space(const Walk *w, const Object *object, uint64_t rays,
         _Alignas(64) double o[3][LANES], d[3][LANES];
         for (uint32_t k = 0; k < LANES; k += DOUBLES)
             for (int a = 0; a < 3; a++) {
-                Doubles sum = doubles_set(m[a][3]), way_d = doubles_set(m[a][0]) * *(const Doubles *)(w->d[0] + at + k);
-                for (int j = 0; j < 3; j++) sum = sum + doubles_set(m[a][j]) * *(const Doubles *)(w->o[j] + at + k);
-                for (int j = 1; j < 3; j++) way_d = way_d + doubles_set(m[a][j]) * *(const Doubles *)(w->d[j] + at + k);
+                Doubles sum = doubles_set(m[a][3]), way_d = doubles_set(m[a][0]) * *(const Doubles *)(w->given.d[0] + at + k);
+                for (int j = 0; j < 3; j++) sum = sum + doubles_set(m[a][j]) * *(const Doubles *)(w->given.o[j] + at + k);
+                for (int j = 1; j < 3; j++) way_d = way_d + doubles_set(m[a][j]) * *(const Doubles *)(w->given.d[j] + at + k);
                 *(Doubles *)(o[a] + k) = sum;
                 *(Doubles *)(d[a] + k) = way_d;
                 doubles_to_floats(s->o[a] + at + k, sum);
@@ -389,7 +392,7 @@ static void settle(Walk *w, uint32_t i)
 /* A hit in double, found in s, that may be the nearest. Of equal t that of the least object, then part, counts. */
 static void offer(Walk *w, Space *s, uint32_t i, const Hit *hit)
 {
-    float t = (float)(hit->t * w->per_scale[i] - (double)s->shift[i]);
+    float t = (float)(hit->t * w->given.per_scale[i] - (double)s->shift[i]);
     if (w->object[i] != HIT_NONE && slab_up(t) >= s->best_low[i]) {
         settle(w, i);
         const Hit *best = &w->hit[i];
@@ -1245,10 +1248,10 @@ enum { FACE_NUMBERS = sizeof(Faces) / sizeof(Doubles) };
 
 /* Hits of one object: their rays, of the world, in columns, and what they hit. */
 typedef struct {
-    _Alignas(64) double o[3][GROUP + DOUBLES], d[3][GROUP + DOUBLES], per_scale[GROUP + DOUBLES];
-    _Alignas(64) uint32_t triangle[GROUP];
+    Columns *ray, own;                           /* ray: own, or all of the walk's */
+    _Alignas(64) uint32_t triangle[GROUP + DOUBLES];
     uint32_t slot[GROUP];                        /* of the triangle in a table of faces */
-    Hit *hit[GROUP];
+    Hit *hit[GROUP + DOUBLES], spare;            /* spare: where lanes beyond the last go */
     uint32_t count;
     const World *world;
     uint32_t index;
@@ -1259,6 +1262,9 @@ static inline __attribute__((always_inline)) Vecs vecs_column(double (*p)[GROUP 
 {
     return (Vecs){*(Doubles *)(p[0] + k), *(Doubles *)(p[1] + k), *(Doubles *)(p[2] + k)};
 }
+
+_Static_assert(offsetof(Hit, u) == 8 && offsetof(Hit, part) == offsetof(Hit, v) + 8 &&
+               offsetof(Hit, leaf) == offsetof(Hit, part) + 4, "found_settle writes pairs");
 
 /* The hits of an object that are known in float. Whether most are on the triangle of the one before. */
 static inline bool found_gather(Found *f, Walk *w, uint64_t rays)
@@ -1272,20 +1278,26 @@ static inline bool found_gather(Found *f, Walk *w, uint64_t rays)
         last = w->triangle[i];
     }
     f->count = n;
-    n = 0;
+    for (uint32_t j = 0; j < DOUBLES; j++) {
+        f->triangle[n + j] = last;
+        f->hit[n + j] = &f->spare;
+    }
+    f->ray = n == w->count ? &w->given : &f->own;
+    if (n == w->count) return 2 * same > n;
+    uint32_t to = 0;
     for (uint32_t at = 0; at < w->count; at += DOUBLES) {
         uint32_t bits = (uint32_t)(rays >> at) & ((1u << DOUBLES) - 1);
         for (int a = 0; a < 3; a++) {
-            doubles_keep(f->o[a] + n, w->o[a] + at, bits);
-            doubles_keep(f->d[a] + n, w->d[a] + at, bits);
+            doubles_keep(f->own.o[a] + to, w->given.o[a] + at, bits);
+            doubles_keep(f->own.d[a] + to, w->given.d[a] + at, bits);
         }
-        doubles_keep(f->per_scale + n, w->per_scale + at, bits);
-        n += (uint32_t)__builtin_popcount(bits);
+        doubles_keep(f->own.per_scale + to, w->given.per_scale + at, bits);
+        to += (uint32_t)__builtin_popcount(bits);
     }
     return 2 * same > n;
 }
 
-/* The corners of DOUBLES triangles, of which the last ones may be the first again. */
+/* The corners of DOUBLES triangles, the first one's for those from `count` on. */
 static inline __attribute__((always_inline)) void corners_of(const MeshPrim *mesh, const uint32_t *triangle, uint32_t count,
                                                              Vecs corner[3])
 {
@@ -1300,7 +1312,7 @@ static inline __attribute__((always_inline)) void corners_of(const MeshPrim *mes
 static inline __attribute__((always_inline)) Vecs found_origin(Found *f, uint32_t k)
 {
     const Object *object = &f->world->objects[f->index];
-    Vecs o = vecs_column(f->o, k);
+    Vecs o = vecs_column(f->ray->o, k);
     return object->in_world ? o : vecs_map(&object->to_object, &o, true);
 }
 
@@ -1308,8 +1320,8 @@ static inline __attribute__((always_inline)) Vecs found_origin(Found *f, uint32_
 static inline __attribute__((always_inline)) void found_settle(Found *f, uint32_t k, const Faces *face)
 {
     const Object *object = &f->world->objects[f->index];
-    Vecs d = vecs_column(f->d, k);
-    Doubles per = *(Doubles *)(f->per_scale + k), scale = doubles_set(1) / per;
+    Vecs d = vecs_column(f->ray->d, k);
+    Doubles per = *(Doubles *)(f->ray->per_scale + k), scale = doubles_set(1) / per;
     if (!object->in_world) {
         Vecs given = {d.x * per, d.y * per, d.z * per};
         d = vecs_map(&object->to_object, &given, false);
@@ -1317,22 +1329,22 @@ static inline __attribute__((always_inline)) void found_settle(Found *f, uint32_
         d = (Vecs){d.x * scale, d.y * scale, d.z * scale};
     }
     Confirmed r = confirm(face, &d, scale);
-    double t[DOUBLES], u[DOUBLES], v[DOUBLES];
-    doubles_store(t, r.t), doubles_store(u, r.u), doubles_store(v, r.v);
-    for (uint32_t j = 0; j < DOUBLES && k + j < f->count; j++) {
-        uint32_t triangle = f->triangle[k + j];
-        *f->hit[k + j] = (Hit){t[j], u[j], v[j], triangle, part_of(f->mesh, triangle), f->index};
-    }
+    /* t and u, then v, part and a leaf of 0 */
+    doubles_store_pairs(f->hit + k, offsetof(Hit, t), r.t, r.u);
+    doubles_store_pairs(f->hit + k, offsetof(Hit, v), r.v, doubles_of_ints(f->triangle + k));
+    for (uint32_t j = 0; j < DOUBLES; j++) f->hit[k + j]->object = f->index;
+    if (f->mesh->source_count == 1) return;
+    for (uint32_t j = 0; j < DOUBLES; j++) f->hit[k + j]->leaf = part_of(f->mesh, f->triangle[k + j]);
 }
 
 static inline bool one_origin(Found *f)
 {
     uint32_t other = 0;
     for (int a = 0; a < 3; a++) {
-        Doubles first = doubles_set(f->o[a][0]);
+        Doubles first = doubles_set(f->ray->o[a][0]);
         for (uint32_t k = 0; k < f->count; k += DOUBLES) {
             uint32_t lanes = f->count - k < DOUBLES ? f->count - k : DOUBLES;
-            Doubles o = *(Doubles *)(f->o[a] + k);
+            Doubles o = *(Doubles *)(f->ray->o[a] + k);
             other |= (doubles_lt(o, first) | doubles_lt(first, o)) & ((1u << lanes) - 1);
         }
     }
