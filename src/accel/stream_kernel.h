@@ -550,6 +550,7 @@ static inline __attribute__((always_inline)) void take_lanes(const Target *g, co
         *object = lanes_pick_int(sure, lanes_set_int(g->object), *object);
         *triangle = lanes_pick_int(sure, lanes_set_int(b->triangle[j]), *triangle);
         w->exact &= ~((uint64_t)mask_bits(sure) << at);
+        __builtin_prefetch(g->mesh->triangle[b->triangle[j]]);
     }
     for (uint32_t doubt = mask_bits(mask_without(left, sure)); doubt; doubt &= doubt - 1)
         decide(g, at + (uint32_t)__builtin_ctz(doubt), b->triangle[j]);
@@ -618,6 +619,7 @@ static inline __attribute__((always_inline)) bool take_four(const Target *g, con
             w->object[i] = g->object;
             w->triangle[i] = b->triangle[j];
             w->exact &= ~((uint64_t)1 << i);
+            __builtin_prefetch(g->mesh->triangle[b->triangle[j]]);
         } else if (!(t_low[j] > s->tmax[i])) {
             decide(g, i, b->triangle[j]);
             if (g->any && !(w->alive >> i & 1)) return false;
@@ -1397,7 +1399,6 @@ static __attribute__((noinline)) void settle_object(Walk *w, uint32_t index, uin
         }
         return;
     }
-    for (uint32_t k = 0; k < f.count; k++) __builtin_prefetch(f.mesh->triangle[f.triangle[k]]);
     for (uint32_t k = 0; k < f.count; k++)
         for (int j = 0; j < 3; j++) __builtin_prefetch(&f.mesh->position[f.mesh->triangle[f.triangle[k]][j]]);
     for (uint32_t k = 0; k < f.count; k += DOUBLES) {
