@@ -74,7 +74,8 @@ typedef struct {
     float reach;                               /* greatest coordinate of an origin */
     float slack;                               /* how far a plane's place may be off */
     float d_sum, o_err, d_err;                 /* see margins_of */
-    bool one_origin;                           /* of the packet that is being walked */
+    bool packet;                               /* what follows is that of the packet that is being walked */
+    bool one_origin;
     uint32_t negative[3];                      /* the octant of the packet that is being walked */
     float first_o[3], last_o[3], r_low[3], r_high[3], slack_t[3];
 } Space;
@@ -243,7 +244,8 @@ static float power_map(const Object *object)
     return (float)m[0][0];
 }
 
-/* The rays in the space of an object with such a map: all is exact, t unchanged. */
+/* The rays, and the packet of the world that they are from, in the space of an object with such a map: all is exact, t
+ * unchanged. */
 static void scaled_space(const Walk *w, float scale, Space *s)
 {
     const Space *from = &w->space;
@@ -262,6 +264,16 @@ static void scaled_space(const Walk *w, float scale, Space *s)
         *(Lanes *)(s->tmin_up + at) = at_lane(from->tmin_up, at);
         *(Lanes *)(s->end_down + at) = at_lane(from->end_down, at);
         *(Lanes *)(s->best_low + at) = at_lane(from->best_low, at);
+    }
+    s->packet = true;
+    s->one_origin = from->one_origin;
+    for (int a = 0; a < 3; a++) {
+        s->negative[a] = from->negative[a];
+        s->first_o[a] = scale * from->first_o[a];
+        s->last_o[a] = scale * from->last_o[a];
+        s->r_low[a] = from->r_low[a] / scale;
+        s->r_high[a] = from->r_high[a] / scale;
+        s->slack_t[a] = from->slack_t[a];
     }
     s->reach = scale * from->reach;
     s->slack = scale * from->slack;
@@ -282,6 +294,7 @@ static uint64_t object_space(const Walk *w, const Object *object, uint64_t rays,
         scaled_space(w, power, s);
         return rays;
     }
+    s->packet = false;
     ObjectBox box = object_box(object);
     float least_d[3], far = 0, most = 0, way = from->reach + w->world_reach;
     for (int a = 0; a < 3; a++) {
@@ -827,6 +840,7 @@ static uint64_t space_octant(Space *s, uint64_t *rays)
         s->r_high[a] = lanes_greatest(high);
         s->slack_t[a] = s->slack * fmaxf(fabsf(s->r_low[a]), fabsf(s->r_high[a])) * MARGIN_SLACK;
     }
+    s->packet = true;
     *rays &= ~same;
     return same;
 }
@@ -1021,7 +1035,7 @@ static void at_mesh(Walk *w, uint32_t index, const MeshPrim *mesh, Space *s, uin
             walk_alone(&mesh->bvh, s, (uint32_t)__builtin_ctzll(rays), mesh->bvh.root, block_leaf_alone, &g);
         return;
     }
-    if (s == &w->space) {
+    if (s->packet) {
         walk_packet(&mesh->bvh, w, s, rays, block_leaf, block_leaf_alone, mesh->block, &g);
         return;
     }
@@ -1430,6 +1444,7 @@ static void take_hits(Walk *w)
     for (; none; none &= none - 1) {
         uint32_t i = (uint32_t)__builtin_ctzll(none);
         w->hit[i] = (Hit){.t = w->ray[i].tmax, .object = HIT_NONE};
+        prefetch_rays(&w->ray[i], 1);
     }
 }
 
