@@ -219,6 +219,26 @@ static bool walk_init(Walk *w, const World *world, const Ray *ray, uint32_t n)
  * three sums, the shift, and two to spare, 2^-53 each. */
 #define MAP_ROUNDOFF 0x1p-50f
 
+/* Vectors of several rays. */
+typedef struct { Doubles x, y, z; } Vecs;
+
+static inline __attribute__((always_inline)) Vecs vecs_column(double (*p)[GROUP + DOUBLES], uint32_t k)
+{
+    return (Vecs){*(Doubles *)(p[0] + k), *(Doubles *)(p[1] + k), *(Doubles *)(p[2] + k)};
+}
+
+/* affine_vector and, with `shift`, affine_point. */
+static inline __attribute__((always_inline)) Vecs vecs_map(const Affine *map, const Vecs *v, bool shift)
+{
+    Doubles r[3];
+    for (int a = 0; a < 3; a++) {
+        const double *m = map->m[a];
+        r[a] = doubles_set(m[0]) * v->x + doubles_set(m[1]) * v->y + doubles_set(m[2]) * v->z;
+        if (shift) r[a] = r[a] + doubles_set(m[3]);
+    }
+    return (Vecs){r[0], r[1], r[2]};
+}
+
 typedef struct { float lo[3], hi[3], reach; } ObjectBox;
 
 static ObjectBox object_box(const Object *object)
@@ -285,7 +305,7 @@ static void scaled_space(const Walk *w, float scale, Space *s)
 /* The rays in an object's own space, mapped in double, t unchanged, and which of them meet its box there: that fits a
  * turned object better than the one in the tree. Their origins are moved to where they meet it, so that what follows,
  * in float, is as fine as the object is small, and not as the world is large. */
-static uint64_t object_space(const Walk *w, const Object *object, uint64_t rays, Space *s)
+static uint64_t object_space(Walk *w, const Object *object, uint64_t rays, Space *s)
 {
     const Space *from = &w->space;
     const double (*m)[4] = object->to_object.m;
@@ -310,16 +330,16 @@ static uint64_t object_space(const Walk *w, const Object *object, uint64_t rays,
     for (uint32_t at = 0; at < w->count; at += LANES) {
         if (!(rays >> at & LANE_BITS)) continue;
         _Alignas(64) double o[3][LANES], d[3][LANES];
-        for (uint32_t k = 0; k < LANES; k += DOUBLES)
+        for (uint32_t k = 0; k < LANES; k += DOUBLES) {
+            Vecs from_o = vecs_column(w->given.o, at + k), from_d = vecs_column(w->given.d, at + k);
+            Vecs to_o = vecs_map(&object->to_object, &from_o, true), to_d = vecs_map(&object->to_object, &from_d, false);
             for (int a = 0; a < 3; a++) {
-                Doubles sum = doubles_set(m[a][3]), way_d = doubles_set(m[a][0]) * *(const Doubles *)(w->given.d[0] + at + k);
-                for (int j = 0; j < 3; j++) sum = sum + doubles_set(m[a][j]) * *(const Doubles *)(w->given.o[j] + at + k);
-                for (int j = 1; j < 3; j++) way_d = way_d + doubles_set(m[a][j]) * *(const Doubles *)(w->given.d[j] + at + k);
-                *(Doubles *)(o[a] + k) = sum;
-                *(Doubles *)(d[a] + k) = way_d;
-                doubles_to_floats(s->o[a] + at + k, sum);
-                doubles_to_floats(s->d[a] + at + k, way_d);
+                *(Doubles *)(o[a] + k) = a == 0 ? to_o.x : a == 1 ? to_o.y : to_o.z;
+                *(Doubles *)(d[a] + k) = a == 0 ? to_d.x : a == 1 ? to_d.y : to_d.z;
+                doubles_to_floats(s->o[a] + at + k, *(Doubles *)(o[a] + k));
+                doubles_to_floats(s->d[a] + at + k, *(Doubles *)(d[a] + k));
             }
+        }
         sum_d = lanes_max(sum_d, space_sum(s, at));
         Lanes enter = at_lane(from->tmin, at), leave = at_lane(from->tmax, at);
         for (int a = 0; a < 3; a++) {
@@ -494,7 +514,8 @@ static inline __attribute__((always_inline)) void fours_store(float (*to)[BLOCK]
     four_store(to[0], v.x), four_store(to[1], v.y), four_store(to[2], v.z);
 }
 
-static inline __attribute__((always_inline)) void block_view(const Target *g, const MeshBlock *b, uint32_t i, BlockView *view)
+static inline __attribute__((always_inline)) void block_view(const Target *g, const MeshBlock *b, uint32_t i,
+                                                             BlockView *view)
 {
     FourVecs e1 = fours_load(b->e1[0]), e2 = fours_load(b->e2[0]), n = fours_cross(e1, e2);
     FourVecs c = fours_from(fours_load(b->v[0]), fours_set(g->space->o[0], i));
@@ -644,7 +665,8 @@ static inline __attribute__((always_inline)) bool take_four(const Target *g, con
 /* One ray against a block, its triangles at once. False if the ray is blocked. */
 static inline __attribute__((always_inline)) bool block_by_rays(const Target *g, const MeshBlock *b, uint32_t i)
 {
-    FourVecs d = fours_set(g->space->d[0], i), e1 = fours_load(b->e1[0]), e2 = fours_load(b->e2[0]), n = fours_cross(e1, e2);
+    FourVecs e1 = fours_load(b->e1[0]), e2 = fours_load(b->e2[0]), n = fours_cross(e1, e2);
+    FourVecs d = fours_set(g->space->d[0], i);
     FourVecs c = fours_from(fours_load(b->v[0]), fours_set(g->space->o[0], i)), q = fours_cross(c, d);
     FourMargins m = four_margins(g, b);
     FourCut cut = {fours_dot(n, d), fours_dot(q, e2), fours_dot(q, e1), fours_dot(c, n)};
@@ -1005,7 +1027,8 @@ static void block_leaf(void *context, uint32_t block, uint64_t rays)
     const MeshBlock *b = &g->mesh->block[block];
     uint32_t groups = 0;
     for (uint32_t at = 0; at < GROUP; at += LANES) groups += (rays >> at & LANE_BITS) != 0;
-    bool by_rays = (uint32_t)__builtin_popcountll(rays) <= b->count * groups;
+    uint32_t cost = g->space->one_origin ? 2 : 1;  /* of a ray against a group and a triangle, as measured */
+    bool by_rays = cost * (uint32_t)__builtin_popcountll(rays) <= b->count * groups;
     if (by_rays && !g->space->one_origin) {
         for (; rays; rays &= rays - 1) block_by_rays(g, b, (uint32_t)__builtin_ctzll(rays));
         return;
@@ -1155,7 +1178,6 @@ static inline __attribute__((always_inline)) void trace(Walk *w, bool any)
 /* ---- several hits in double at once ---- */
 
 /* Vectors of several rays in twice the precision: dd.h and triangle.h, operation by operation. */
-typedef struct { Doubles x, y, z; } Vecs;
 typedef struct { Doubles hi, lo; } Dds;
 typedef struct { Dds x, y, z; } DdVecs;
 
@@ -1245,18 +1267,6 @@ static inline __attribute__((always_inline)) Confirmed confirm(const Faces *face
     return (Confirmed){t * scale, eb * r, ec * r};
 }
 
-/* affine_vector and, with `shift`, affine_point. */
-static inline __attribute__((always_inline)) Vecs vecs_map(const Affine *map, const Vecs *v, bool shift)
-{
-    Doubles r[3];
-    for (int a = 0; a < 3; a++) {
-        const double *m = map->m[a];
-        r[a] = doubles_set(m[0]) * v->x + doubles_set(m[1]) * v->y + doubles_set(m[2]) * v->z;
-        if (shift) r[a] = r[a] + doubles_set(m[3]);
-    }
-    return (Vecs){r[0], r[1], r[2]};
-}
-
 /* Triangles that rays from one origin share most of the work for. */
 enum { FACES = 16 };
 
@@ -1273,11 +1283,6 @@ typedef struct {
     uint32_t index;
     const MeshPrim *mesh;
 } Found;
-
-static inline __attribute__((always_inline)) Vecs vecs_column(double (*p)[GROUP + DOUBLES], uint32_t k)
-{
-    return (Vecs){*(Doubles *)(p[0] + k), *(Doubles *)(p[1] + k), *(Doubles *)(p[2] + k)};
-}
 
 _Static_assert(offsetof(Hit, u) == 8 && offsetof(Hit, part) == offsetof(Hit, v) + 8 &&
                offsetof(Hit, leaf) == offsetof(Hit, part) + 4, "found_settle writes pairs");
