@@ -1276,7 +1276,7 @@ enum { FACE_NUMBERS = sizeof(Faces) / sizeof(Doubles) };
 typedef struct {
     Columns *ray, own;                           /* ray: own, or all of the walk's */
     _Alignas(64) uint32_t triangle[GROUP + DOUBLES];
-    uint32_t slot[GROUP];                        /* of the triangle in a table of faces */
+    _Alignas(64) uint32_t slot[GROUP];           /* of the triangle in a table of faces */
     Hit *hit[GROUP + DOUBLES], spare;            /* spare: where lanes beyond the last go */
     uint32_t count;
     const World *world;
