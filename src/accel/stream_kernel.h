@@ -129,14 +129,15 @@ static inline Lanes space_sum(const Space *s, uint32_t at)
 _Static_assert(sizeof(Ray) == 8 * sizeof(double), "a ray is eight doubles: o, d, tmin, tmax");
 
 /* Rays of a later group are on their way while this one's are traced; a few at a time, which takes no room from what the
- * trace itself waits for. */
+ * trace itself waits for: when hits are settled, else when rays are loaded. */
 static inline void prefetch_rays(const Ray *ray, uint32_t n)
 {
     for (uint32_t i = 0; i < n; i++) __builtin_prefetch(&ray[2 * GROUP + i]);
 }
 
 /* The rays' numbers as floats in arrays; false if a direction or an origin is out of reach. */
-static inline __attribute__((always_inline)) bool walk_load(Walk *w, const Ray *ray, uint32_t n, float *reach)
+static inline __attribute__((always_inline)) bool walk_load(Walk *w, const Ray *ray, uint32_t n, bool any,
+                                                            float *reach)
 {
     Space *s = &w->space;
     Doubles far = doubles_set(0);
@@ -150,6 +151,7 @@ static inline __attribute__((always_inline)) bool walk_load(Walk *w, const Ray *
             from = padded;
         }
         Doubles f[8], scale;
+        if (any) prefetch_rays(ray + i, DOUBLES);
         doubles_fields((const double *)from, f);
         Doubles most = doubles_max(doubles_abs(f[3]), doubles_max(doubles_abs(f[4]), doubles_abs(f[5])));
         odd |= ~(doubles_lt(most, doubles_set(DIRECTION_GREATEST)) & doubles_lt(doubles_set(DIRECTION_LEAST), most));
@@ -174,14 +176,14 @@ static inline __attribute__((always_inline)) bool walk_load(Walk *w, const Ray *
 }
 
 /* Fills everything from n rays; false if one of them is out of floats' reach. */
-static bool walk_init(Walk *w, const World *world, const Ray *ray, uint32_t n)
+static bool walk_init(Walk *w, const World *world, const Ray *ray, uint32_t n, bool any)
 {
     Space *s = &w->space;
     w->ray = ray;
     w->count = n;
     w->alive = group_all(n);
     w->exact = 0;
-    if (!walk_load(w, ray, n, &s->reach)) return false;
+    if (!walk_load(w, ray, n, any, &s->reach)) return false;
     float boxes = 0;
     for (int a = 0; a < 3; a++) {
         float lo = fabsf(world->bvh.bounds.lo[a]), hi = fabsf(world->bvh.bounds.hi[a]), most = lo > hi ? lo : hi;
@@ -1460,13 +1462,24 @@ static void intersect(const World *world, const Ray *rays, Hit *hits, size_t n, 
     w.scratch = scratch;
     for (size_t at = 0; at < n; at += GROUP) {
         uint32_t count = n - at < GROUP ? (uint32_t)(n - at) : GROUP;
-        if (!world->bvh.item_count || !walk_init(&w, world, rays + at, count)) {
+        if (!world->bvh.item_count || !walk_init(&w, world, rays + at, count, false)) {
             kernel_scalar.intersect(world, rays + at, hits + at, count, scratch);
             continue;
         }
         w.hit = hits + at;
         trace(&w, false);
         take_hits(&w);
+    }
+}
+
+/* Bits as flags, eight at a time: copied to all bytes, of which the k-th keeps bit k, as 1. */
+static inline void put_flags(bool *flag, uint64_t bits, uint32_t n)
+{
+    const uint64_t ones = 0x0101010101010101;
+    for (uint32_t i = 0; i < n; i += 8) {
+        uint64_t bytes = (bits >> i & 0xff) * ones & 0x8040201008040201;
+        bytes = (bytes + 0x7f * ones) >> 7 & ones;
+        memcpy(flag + i, &bytes, n - i < 8 ? n - i : 8);
     }
 }
 
@@ -1477,13 +1490,12 @@ static void occluded(const World *world, const Ray *rays, bool *blocked, size_t 
     w.scratch = scratch;
     for (size_t at = 0; at < n; at += GROUP) {
         uint32_t count = n - at < GROUP ? (uint32_t)(n - at) : GROUP;
-        if (!world->bvh.item_count || !walk_init(&w, world, rays + at, count)) {
+        if (!world->bvh.item_count || !walk_init(&w, world, rays + at, count, true)) {
             kernel_scalar.occluded(world, rays + at, blocked + at, count, scratch);
             continue;
         }
-        prefetch_rays(rays + at, GROUP);
         trace(&w, true);
-        for (uint32_t i = 0; i < count; i++) blocked[at + i] = !(w.alive >> i & 1);
+        put_flags(blocked + at, ~w.alive, count);
     }
 }
 
