@@ -130,6 +130,7 @@ typedef __m256d Doubles;
 enum { DOUBLES = 4 };
 
 static inline Doubles doubles_set(double x) { return _mm256_set1_pd(x); }
+static inline Doubles doubles_min(Doubles a, Doubles b) { return _mm256_min_pd(a, b); }
 static inline Doubles doubles_max(Doubles a, Doubles b) { return _mm256_max_pd(a, b); }
 static inline Doubles doubles_abs(Doubles a) { return _mm256_andnot_pd(_mm256_set1_pd(-0.0), a); }
 static inline uint32_t doubles_lt(Doubles a, Doubles b)

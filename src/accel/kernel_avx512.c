@@ -99,6 +99,7 @@ typedef __m512d Doubles;
 enum { DOUBLES = 8 };
 
 static inline Doubles doubles_set(double x) { return _mm512_set1_pd(x); }
+static inline Doubles doubles_min(Doubles a, Doubles b) { return _mm512_min_pd(a, b); }
 static inline Doubles doubles_max(Doubles a, Doubles b) { return _mm512_max_pd(a, b); }
 static inline Doubles doubles_abs(Doubles a) { return _mm512_abs_pd(a); }
 static inline uint32_t doubles_lt(Doubles a, Doubles b) { return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ); }

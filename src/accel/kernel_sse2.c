@@ -116,6 +116,7 @@ typedef __m128d Doubles;
 enum { DOUBLES = 2 };
 
 static inline Doubles doubles_set(double x) { return _mm_set1_pd(x); }
+static inline Doubles doubles_min(Doubles a, Doubles b) { return _mm_min_pd(a, b); }
 static inline Doubles doubles_max(Doubles a, Doubles b) { return _mm_max_pd(a, b); }
 static inline Doubles doubles_abs(Doubles a) { return _mm_andnot_pd(_mm_set1_pd(-0.0), a); }
 static inline uint32_t doubles_lt(Doubles a, Doubles b) { return (uint32_t)_mm_movemask_pd(_mm_cmplt_pd(a, b)); }

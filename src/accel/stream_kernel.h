@@ -135,12 +135,21 @@ static inline void prefetch_rays(const Ray *ray, uint32_t n)
     for (uint32_t i = 0; i < n; i++) __builtin_prefetch(&ray[2 * GROUP + i]);
 }
 
-/* The rays' numbers as floats in arrays; false if a direction or an origin is out of reach. */
-static inline __attribute__((always_inline)) bool walk_load(Walk *w, const Ray *ray, uint32_t n, bool any,
-                                                            float *reach)
+/* A direction whose components were floats once is off by a rounding of up to two reaches, so that two such ends may be
+ * four roundings of the reach apart; as much is spared for what else was rounded. Margins grow with what is allowed here. */
+#define END_SPREAD 8
+
+/* The rays' numbers as floats in arrays; false if a direction or an origin is out of reach. With `from_end` each ray runs
+ * the other way, from its end, whose place is off by fewer roundings in double than floats can tell; that is false if the
+ * ends are not one to within END_SPREAD roundings of a float. */
+static inline __attribute__((always_inline)) bool walk_load(Walk *w, const Ray *ray, uint32_t n, bool any, bool from_end)
 {
     Space *s = &w->space;
-    Doubles far = doubles_set(0);
+    Doubles far = doubles_set(0), low[3], high[3];
+    for (int a = 0; a < 3; a++) {
+        low[a] = doubles_set((double)INFINITY);
+        high[a] = doubles_set((double)-INFINITY);
+    }
     uint32_t odd = 0;
     uint32_t end = (n + LANES - 1) / LANES * LANES;  /* lanes beyond the last repeat the first ray */
     for (uint32_t i = 0; i < end; i += DOUBLES) {
@@ -156,6 +165,18 @@ static inline __attribute__((always_inline)) bool walk_load(Walk *w, const Ray *
         Doubles most = doubles_max(doubles_abs(f[3]), doubles_max(doubles_abs(f[4]), doubles_abs(f[5])));
         odd |= ~(doubles_lt(most, doubles_set(DIRECTION_GREATEST)) & doubles_lt(doubles_set(DIRECTION_LEAST), most));
         Doubles per_scale = doubles_power(most, &scale);
+        if (from_end) {
+            odd |= ~doubles_lt(f[7], doubles_set((double)INFINITY));
+            far = doubles_max(far, doubles_max(doubles_abs(f[0]), doubles_max(doubles_abs(f[1]), doubles_abs(f[2]))));
+            for (int a = 0; a < 3; a++) {
+                f[a] = f[a] + f[7] * f[3 + a];
+                f[3 + a] = -f[3 + a];
+                low[a] = doubles_min(low[a], f[a]);
+                high[a] = doubles_max(high[a], f[a]);
+            }
+            f[7] = f[7] - doubles_max(f[6], doubles_set(0));
+            f[6] = doubles_set(0);
+        }
         far = doubles_max(far, doubles_max(doubles_abs(f[0]), doubles_max(doubles_abs(f[1]), doubles_abs(f[2]))));
         for (int a = 0; a < 3; a++) {
             Doubles d = f[3 + a] * scale;
@@ -171,11 +192,27 @@ static inline __attribute__((always_inline)) bool walk_load(Walk *w, const Ray *
     if (odd & ((1u << DOUBLES) - 1)) return false;
     double most = 0;
     for (int k = 0; k < DOUBLES; k++) most = far[k] > most ? far[k] : most;
-    *reach = slab_up((float)most);
-    return *reach < REACH_GREATEST;
+    s->reach = slab_up((float)most);
+    s->o_err = FLOAT_ROUNDOFF * s->reach;
+    if (from_end) {
+        double apart = 0;
+        for (int a = 0; a < 3; a++) {
+            double least = (double)INFINITY, greatest = (double)-INFINITY;
+            for (int k = 0; k < DOUBLES; k++) {
+                least = low[a][k] < least ? low[a][k] : least;
+                greatest = high[a][k] > greatest ? high[a][k] : greatest;
+            }
+            if (!(greatest - least <= END_SPREAD * (double)s->o_err)) return false;
+            apart = greatest - least > apart ? greatest - least : apart;
+            for (uint32_t at = 0; at < n; at += LANES) *(Lanes *)(s->o[a] + at) = lanes_set((float)least);
+        }
+        s->o_err += slab_up((float)apart);
+    }
+    return s->reach < REACH_GREATEST;
 }
 
-/* Fills everything from n rays; false if one of them is out of floats' reach. */
+/* Fills everything from n rays; false if one of them is out of floats' reach. Occlusion rays to one light are traced from
+ * there, as that makes them rays from one origin. */
 static bool walk_init(Walk *w, const World *world, const Ray *ray, uint32_t n, bool any)
 {
     Space *s = &w->space;
@@ -183,15 +220,15 @@ static bool walk_init(Walk *w, const World *world, const Ray *ray, uint32_t n, b
     w->count = n;
     w->alive = group_all(n);
     w->exact = 0;
-    if (!walk_load(w, ray, n, any, &s->reach)) return false;
+    bool common = any && walk_load(w, ray, n, true, true);
+    if (!common && !walk_load(w, ray, n, any, false)) return false;
     float boxes = 0;
     for (int a = 0; a < 3; a++) {
         float lo = fabsf(world->bvh.bounds.lo[a]), hi = fabsf(world->bvh.bounds.hi[a]), most = lo > hi ? lo : hi;
         boxes = most > boxes ? most : boxes;
     }
     w->world_reach = boxes;
-    s->slack = PLANE_SLACK * (s->reach + boxes);
-    s->o_err = FLOAT_ROUNDOFF * s->reach;
+    s->slack = PLANE_SLACK * (s->reach + boxes) + s->o_err;
     Lanes sum = lanes_set(0);
     const Lanes zero = lanes_set(0), most = lanes_set(INFINITY), tiny = lanes_set(0x1p-126f), ulp = lanes_set(0x1p-23f);
     for (uint32_t at = 0; at < n; at += LANES) {
@@ -218,8 +255,8 @@ static bool walk_init(Walk *w, const World *world, const Ray *ray, uint32_t n, b
 #define OBJECT_PARALLEL 0x1p-60f
 
 /* What the double-precision map of a ray may be off, relative to the terms of its sums: the entry of the map, the product,
- * three sums, the shift, and two to spare, 2^-53 each. */
-#define MAP_ROUNDOFF 0x1p-50f
+ * three sums, the shift, four for an end that is the origin, and some to spare, 2^-53 each. */
+#define MAP_ROUNDOFF 0x1p-49f
 
 /* Vectors of several rays. */
 typedef struct { Doubles x, y, z; } Vecs;
