@@ -136,7 +136,7 @@ static inline void prefetch_rays(const Ray *ray, uint32_t n)
 }
 
 /* A direction whose components were floats once is off by a rounding of up to two reaches, so that two such ends may be
- * four roundings of the reach apart; as much is spared for what else was rounded. Margins grow with what is allowed here. */
+ * four roundings of the reach apart; as much is spared for what else was rounded. Margins grow with it. */
 #define END_SPREAD 8
 
 /* The rays' numbers as floats in arrays; false if a direction or an origin is out of reach. With `from_end` each ray runs
