@@ -20,6 +20,8 @@
 #include "common/place.h"
 #include "compare/compare.h"
 #include "render.h"
+#include "render/error_line.h"
+#include "render/error_report.h"
 #include "render/film.h"
 #include "render/progress.h"
 #include "render/report.h"
@@ -42,6 +44,8 @@ enum {
 
 typedef struct {
     const char *script, *output, *stats;
+    const char *report, *variance, *reference;   /* files; NULL: not asked for */
+    ErrorReportKind report_kind;
     const char **include;          /* the folders of -I, in order */
     int include_count;
     const char *const *args;       /* what follows -- */
@@ -51,7 +55,7 @@ typedef struct {
     uint32_t threads;              /* 0: by the machine and the picture */
     const char *cpu;               /* NULL: the widest instructions that the processor has */
     bool fast_bvh;                 /* --bvh fast */
-    bool legacy, srgb, check, quiet;
+    bool legacy, srgb, check, quiet, no_audit;
     bool help, version;            /* were asked for */
     RenderOptions options;
     const char *format;            /* "png", "pfm"; NULL: by the file's name */
@@ -61,6 +65,7 @@ typedef struct {
     const char *diff;
     CompareSettings compare;
     bool has_tolerance, has_max_share;
+    double error_goal, time_goal_s;   /* 0: not given */
 } CommandLine;
 
 typedef struct {
@@ -87,9 +92,11 @@ typedef struct {
     CommandLine line;
     Report *report;       /* NULL without --stats */
     StageTime clock;      /* at the end of the last stage */
+    double start_s;       /* cpu_wall_s when the process began */
     uint32_t renders;
     Progress progress;
     bool shows_progress, bar_is_shown;
+    bool out_of_time;     /* before the error asked for was reached */
     bool pictures_differ; /* rt compare: by more than was asked for */
 } App;
 
@@ -220,6 +227,49 @@ static bool set_stats(CommandLine *line, const char *value, Err *err)
     return *value || bad_value("--stats", value, "a file", err);
 }
 
+/* A decimal number in [0, most], and nothing else. */
+static bool parse_real(const char *text, double most, double *number)
+{
+    char *end;
+    if ((*text < '0' || *text > '9') && *text != '.') return false;
+    *number = strtod(text, &end);
+    return *end == '\0' && *number >= 0 && *number <= most;
+}
+
+/* A decimal number above 0, and nothing else. */
+static bool parse_above_0(const char *text, double *number)
+{
+    return parse_real(text, DBL_MAX, number) && *number > 0;
+}
+
+static bool set_error(CommandLine *line, const char *value, Err *err)
+{
+    return parse_above_0(value, &line->error_goal) || bad_value("--error", value, "a number above 0", err);
+}
+
+static bool set_time(CommandLine *line, const char *value, Err *err)
+{
+    return parse_above_0(value, &line->time_goal_s) || bad_value("--time", value, "seconds above 0", err);
+}
+
+static bool set_report(CommandLine *line, const char *value, Err *err)
+{
+    line->report = value;
+    return error_report_kind(value, &line->report_kind, err);
+}
+
+static bool set_variance(CommandLine *line, const char *value, Err *err)
+{
+    line->variance = value;
+    return *value || bad_value("--variance", value, "a file", err);
+}
+
+static bool set_reference(CommandLine *line, const char *value, Err *err)
+{
+    line->reference = value;
+    return *value || bad_value("--reference", value, "a file", err);
+}
+
 static bool set_bits(CommandLine *line, const char *value, Err *err)
 {
     return (parse_integers(value, 0, 8, 16, 1, &line->bits) && (line->bits == 8 || line->bits == 16)) ||
@@ -230,15 +280,6 @@ static bool set_format(CommandLine *line, const char *value, Err *err)
 {
     line->format = value;
     return strcmp(value, "png") == 0 || strcmp(value, "pfm") == 0 || bad_value("--format", value, "png or pfm", err);
-}
-
-/* A decimal number in [0, most], and nothing else. */
-static bool parse_real(const char *text, double most, double *number)
-{
-    char *end;
-    if ((*text < '0' || *text > '9') && *text != '.') return false;
-    *number = strtod(text, &end);
-    return *end == '\0' && *number >= 0 && *number <= most;
 }
 
 static bool set_max_rmse(CommandLine *line, const char *value, Err *err)
@@ -286,6 +327,10 @@ static const OptionRow render_rows[] = {
      "render this part only; the origin is at the top\n"
      "left, X1 and Y1 are exclusive"},
     {'s', "samples", "N", set_samples, 0, "samples per pixel (9); 1 is the pixel's centre"},
+    {0, "error", "E", set_error, 0,
+     "as many samples as it takes for an RMSE of at most E\n"
+     "in linear light (white is 1), with 95 % certainty"},
+    {0, "time", "SECONDS", set_time, 0, "the best that the whole run can do in this time"},
     {0, "max-depth", "N", set_max_depth, 0, "greatest number of mirror bounces (4)"},
     {0, "seed", "N", set_seed, 0, "seed of the samples, never of the geometry"},
     {0, "background", "R,G,B", set_background, 0, "colour where nothing is hit"},
@@ -312,6 +357,18 @@ static const OptionRow render_rows[] = {
      "transforms, names of Lua 5.1"},
     {0, "check", NULL, NULL, offsetof(CommandLine, check), "all but rendering: find what is wrong with a scene"},
     {0, "stats", "FILE", set_stats, 0, "write times, rays and memory to FILE, as JSON"},
+    {0, "no-audit", NULL, NULL, offsetof(CommandLine, no_audit),
+     "don't measure the picture's error by fresh samples:\n"
+     "tell it by its own"},
+    {0, "report", "FILE", set_report, 0,
+     "write error against time and the error's sources\n"
+     "to FILE, by its ending: .json, .csv or .svg"},
+    {0, "variance", "FILE", set_variance, 0,
+     "write the standard error of each pixel as a PNG of\n"
+     "16 bits: 65535 is an error of 1, white against black"},
+    {0, "reference", "FILE", set_reference, 0,
+     "a PNG or PFM of the true picture: the report gets\n"
+     "the error against it"},
     {'q', "quiet", NULL, NULL, offsetof(CommandLine, quiet), "no progress bar, no summary; warnings stay"},
     {'h', "help", NULL, NULL, offsetof(CommandLine, help), "print this help"},
     {0, "version", NULL, NULL, offsetof(CommandLine, version), "print the version"},
@@ -413,9 +470,13 @@ static bool writes_pfm(const CommandLine *line, const char *file)
     return line->format ? strcmp(line->format, "pfm") == 0 : is_pfm_name(file);
 }
 
+static bool has_goal(const CommandLine *line) { return line->error_goal > 0 || line->time_goal_s > 0; }
+
 static bool finish_render(CommandLine *line, Err *err)
 {
     if (!line->script) return err_set(err, ERR_USAGE, "no scene is given");
+    if ((line->options.given & OPTION_SAMPLES) && has_goal(line))
+        return err_set(err, ERR_USAGE, "-s fixes the samples: it can't stand with --error or --time");
     if (line->bits && writes_pfm(line, line->output ? line->output : ""))
         return err_set(err, ERR_USAGE, "--bits is for PNG; a PFM has 32");
     return true;
@@ -541,13 +602,17 @@ static bool make_settings(App *app, const RenderJob *job, RenderSettings *settin
     *settings = (RenderSettings){
         .width = job->width,
         .height = job->height,
-        .samples = given & OPTION_SAMPLES ? CHOOSE(OPTION_SAMPLES, samples) : DEFAULT_SAMPLES,
+        .samples = has_goal(line) ? 0 : given & OPTION_SAMPLES ? CHOOSE(OPTION_SAMPLES, samples) : DEFAULT_SAMPLES,
         .max_depth = given & OPTION_MAX_DEPTH ? CHOOSE(OPTION_MAX_DEPTH, max_depth) : DEFAULT_MAX_DEPTH,
         .seed = given & OPTION_SEED ? CHOOSE(OPTION_SEED, seed) : 0,
         .has_background = given & OPTION_BACKGROUND,
         .background = CHOOSE(OPTION_BACKGROUND, background),
         .format = line->bits == 16 ? FILM_16 : FILM_8,
         .srgb = line->srgb,
+        .error_goal = line->error_goal,
+        .deadline_s = line->time_goal_s > 0 ? app->start_s + line->time_goal_s : 0,
+        .audits = !line->no_audit,
+        .start_s = app->start_s,
         .progress = app->shows_progress ? show_progress : NULL,
         .progress_context = app,
     };
@@ -563,23 +628,31 @@ static bool make_settings(App *app, const RenderJob *job, RenderSettings *settin
     if (settings->x1 > settings->width || settings->y1 > settings->height)
         return err_set(err, ERR_USAGE, "--crop reaches beyond the picture of %" PRIu32 " x %" PRIu32, settings->width,
                        settings->height);
+    if (line->variance && settings->samples == 1)
+        return err_set(err, ERR_USAGE, "--variance needs two samples at least");
     uint64_t pixels = (uint64_t)(settings->x1 - settings->x0) * (settings->y1 - settings->y0);
-    uint64_t useful = pixels * settings->samples / MIN_SAMPLES_PER_THREAD + 1, allowed = cpu_allowed();
+    uint32_t each = settings->samples ? settings->samples : DEFAULT_SAMPLES;
+    uint64_t useful = pixels * each / MIN_SAMPLES_PER_THREAD + 1, allowed = cpu_allowed();
     settings->threads = line->threads ? line->threads : (uint32_t)(useful < allowed ? useful : allowed);
     return true;
 }
 
-/* Where the picture goes, malloc'ed: "out.png", "out-2.png", ... with -o, or the script's file. */
-static char *output_path(const App *app, const RenderJob *job)
+/* The file's name of this render, malloc'ed: "out.png", "out-2.png", ... */
+static char *numbered_path(const App *app, const char *path)
 {
-    if (!app->line.output) return strdup(job->file);
-    if (app->renders == 1) return strdup(app->line.output);
-    const char *path = app->line.output, *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
+    if (app->renders == 1) return strdup(path);
+    const char *slash = strrchr(path, '/'), *name = slash ? slash + 1 : path;
     const char *dot = strrchr(name, '.');
     size_t stem = dot && dot > name ? (size_t)(dot - path) : strlen(path), room = strlen(path) + 16;
     char *numbered = malloc(room);
     if (numbered) snprintf(numbered, room, "%.*s-%" PRIu32 "%s", (int)stem, path, app->renders, path + stem);
     return numbered;
+}
+
+/* Where the picture goes, malloc'ed: by -o, or the script's file. */
+static char *output_path(const App *app, const RenderJob *job)
+{
+    return app->line.output ? numbered_path(app, app->line.output) : strdup(job->file);
 }
 
 /* While a temporary file exists, signals that end the program wait: the file is removed or renamed first. */
@@ -642,17 +715,18 @@ static void tell_not_finite(App *app, const RenderJob *job, const RenderSettings
              "; --size %" PRIu32 "x%" PRIu32 " -s %" PRIu32 "%s%s --crop %" PRIu32 ",%" PRIu32 ",%" PRIu32 ",%" PRIu32
              " draws it alone",
              job->where, stats->not_finite, stats->not_finite == 1 ? "" : "s", stats->first_sample, x, y, settings->width,
-             settings->height, settings->samples, seed, depth, x, y, x + 1, y + 1);
+             settings->height, stats->first_total, seed, depth, x, y, x + 1, y + 1);
     print_warning(app, text);
 }
 
-static void *draw(App *app, const RenderJob *job, const RenderSettings *settings, RenderReport *report, Err *err)
+static void *draw(App *app, const RenderJob *job, const RenderSettings *settings, RenderReport *report,
+                  RenderOutcome *outcome, Err *err)
 {
     World *world = compile(app, job, &report->compile, err);
     if (!world) return NULL;
     void *film = malloc((size_t)report->width * report->height * film_pixel_bytes(settings->format));
     app->progress = progress_start(cpu_wall_s());
-    bool ok = film ? render(world, settings, film, &report->render, err) : err_memory(err, "the picture");
+    bool ok = film ? render(world, settings, film, &report->render, outcome, err) : err_memory(err, "the picture");
     erase_bar(app);
     world_destroy(world);
     if (ok) tell_not_finite(app, job, settings, &report->render);
@@ -687,26 +761,153 @@ static bool write_film(const void *film, FilmFormat format, uint32_t width, uint
     return ok;
 }
 
+static void tell_outcome(App *app, const RenderReport *report, const RenderOutcome *outcome)
+{
+    char text[512];
+    if (app->line.error_goal > 0 && !(outcome->rmse.high <= app->line.error_goal)) {
+        app->out_of_time = true;
+        snprintf(text, sizeof text, "the time ended before the RMSE of %s was known to be at most %g", report->file,
+                 app->line.error_goal);
+        print_warning(app, text);
+    }
+    if (app->line.quiet) return;
+    report_summary(report, text, sizeof text);
+    fprintf(stderr, "%s\n", text);
+    error_line(outcome, cpu_wall_s() - app->start_s, cpu_time_s(), report->render.wall_s, text, sizeof text);
+    fprintf(stderr, "%s\n", text);
+}
+
+/* The files of one render, opened before it begins, so that what can't be written ends it at once. */
+typedef struct { Outfile *picture, *report, *variance; } Outputs;
+
+static void abandon_outputs(Outputs *files)
+{
+    outfile_abandon(files->picture);
+    outfile_abandon(files->report);
+    outfile_abandon(files->variance);
+}
+
+/* `name` NULL: no such file is wanted. */
+static bool open_numbered(const App *app, const char *name, Outfile **file, Err *err)
+{
+    if (!name) return true;
+    char *path = numbered_path(app, name);
+    if (!path) return err_memory(err, "a file's path");
+    *file = open_output(path, err);
+    free(path);
+    return *file != NULL;
+}
+
+static bool open_outputs(const App *app, const RenderJob *job, const char *picture, Outputs *files, Err *err)
+{
+    *files = (Outputs){.picture = open_output(picture, err)};
+    if (!files->picture) return app->line.output ? false : blame_call(job, err);
+    if (open_numbered(app, app->line.report, &files->report, err) &&
+        open_numbered(app, app->line.variance, &files->variance, err))
+        return true;
+    abandon_outputs(files);
+    return false;
+}
+
+/* Takes the file over from the outputs. */
+static Outfile *take_file(Outfile **file)
+{
+    Outfile *taken = *file;
+    *file = NULL;
+    return taken;
+}
+
+static bool write_error_report(const App *app, const RenderSettings *s, const RenderReport *report,
+                               const RenderOutcome *o, Outputs *files, Err *err)
+{
+    double samples = (double)report->render.samples;
+    ErrorReport error = {
+        .script = app->line.script, .picture = report->file, .width = report->width, .height = report->height,
+        .threads = report->render.threads, .max_depth = s->max_depth, .seed = s->seed, .goal_samples = s->samples,
+        .goal_error = s->error_goal, .goal_time_s = app->line.time_goal_s, .ended_by_clock = o->ended_by_clock,
+        .point = o->point, .count = o->count, .rmse = o->rmse, .has_pixel_error = o->has_pixel_error,
+        .median_error = o->median_error, .p99_error = o->p99_error, .spatial = o->rmse,
+        .truncation = fmin((double)report->render.dropped * WEIGHT_UNIT / samples, 1), .clipped = o->clipped,
+        .bits = s->format == FILM_8 ? 8 : s->format == FILM_16 ? 16 : 0, .has_reference = s->reference != NULL,
+        .reference = {o->true_rmse, o->true_rmse, o->true_rmse},
+    };
+    char *text;
+    size_t size;
+    if (!error_report_write(&error, app->line.report_kind, &text, &size, err)) return false;
+    bool ok = commit_output(take_file(&files->report), text, size, err);
+    free(text);
+    return ok;
+}
+
+static bool write_variance(const ErrorMap *map, Outputs *files, Err *err)
+{
+    size_t pixels = (size_t)map->tiles.width * map->tiles.height;
+    uint8_t *film = malloc(pixels * film_pixel_bytes(FILM_16));
+    if (!film) return err_memory(err, "the picture of errors");
+    for (size_t i = 0; i < pixels; i++) {
+        double error = sqrt(error_of_code(map->code[i]));
+        film_put(FILM_16, false, film, i, (const double[3]){error, error, error});
+    }
+    bool ok = write_film(film, FILM_16, map->tiles.width, map->tiles.height, take_file(&files->variance), err);
+    free(film);
+    return ok;
+}
+
+static bool write_outputs(App *app, const RenderJob *job, const RenderSettings *s, const void *film, RenderReport *report,
+                          const RenderOutcome *outcome, Outputs *files, Err *err)
+{
+    stage_lap(&app->clock);
+    bool ok = write_film(film, s->format, report->width, report->height, take_file(&files->picture), err);
+    report->encode = stage_lap(&app->clock);
+    if (!ok) return app->line.output ? false : blame_call(job, err);
+    return (!files->report || write_error_report(app, s, report, outcome, files, err)) &&
+           (!files->variance || write_variance(&outcome->map, files, err));
+}
+
 static bool draw_and_write(App *app, const RenderJob *job, const RenderSettings *settings, RenderReport *report, Err *err)
 {
-    Outfile *file = open_output(report->file, err);
-    if (!file) return app->line.output ? false : blame_call(job, err);
-    void *film = draw(app, job, settings, report, err);
-    if (!film) {
-        outfile_abandon(file);
+    Outputs files;
+    if (!open_outputs(app, job, report->file, &files, err)) return false;
+    RenderOutcome outcome;
+    void *film = draw(app, job, settings, report, &outcome, err);
+    bool ok = film && write_outputs(app, job, settings, film, report, &outcome, &files, err);
+    abandon_outputs(&files);
+    if (ok) tell_outcome(app, report, &outcome);
+    if (film) outcome_destroy(&outcome);
+    free(film);
+    return ok;
+}
+
+/* The reference is a picture of the part that is rendered, or of the whole. It becomes linear: with --srgb a PNG is
+ * decoded. */
+static bool load_reference(const CommandLine *line, const RenderSettings *s, Image *image, Err *err)
+{
+    if (!image_load(line->reference, image, err)) return false;
+    uint32_t width = s->x1 - s->x0, height = s->y1 - s->y0, part[4] = {s->x0, s->y0, s->x1, s->y1};
+    if (image->width == s->width && image->height == s->height) image_crop(image, part);
+    if (image->width != width || image->height != height) {
+        err_set(err, ERR_USAGE, "%s is %" PRIu32 " x %" PRIu32 " and the picture is %" PRIu32 " x %" PRIu32,
+                line->reference, image->width, image->height, width, height);
+        image_free(image);
         return false;
     }
-    stage_lap(&app->clock);
-    bool ok = write_film(film, settings->format, report->width, report->height, file, err);
-    report->encode = stage_lap(&app->clock);
-    free(film);
-    if (!ok) return app->line.output ? false : blame_call(job, err);
-    if (!app->line.quiet) {
-        char text[512];
-        report_summary(report, text, sizeof text);
-        fprintf(stderr, "%s\n", text);
+    bool decodes = line->srgb && image->white > 1;
+    for (size_t i = 0; i < (size_t)3 * width * height; i++) {
+        double c = (double)image->rgb[i] / image->white;
+        image->rgb[i] = (float)(decodes ? srgb_decode(c) : c);
     }
     return true;
+}
+
+static bool draw_with_reference(App *app, const RenderJob *job, RenderSettings *settings, RenderReport *report, Err *err)
+{
+    if (!app->line.reference) return draw_and_write(app, job, settings, report, err);
+    Image image;
+    if (!load_reference(&app->line, settings, &image, err)) return false;
+    settings->reference = image.rgb;
+    bool ok = draw_and_write(app, job, settings, report, err);
+    image_free(&image);
+    return ok;
 }
 
 static bool check_job(App *app, const RenderJob *job, RenderReport *report, Err *err)
@@ -738,7 +939,8 @@ static bool render_job(void *context, const RenderJob *asked, Err *err)
     if (!path) return err_memory(err, "the picture's path");
     if (writes_pfm(&app->line, path)) settings.format = FILM_FLOAT;
     report.file = app->line.check ? NULL : path;
-    bool ok = app->line.check ? check_job(app, job, &report, err) : draw_and_write(app, job, &settings, &report, err);
+    bool ok = app->line.check ? check_job(app, job, &report, err)
+                              : draw_with_reference(app, job, &settings, &report, err);
     report.peak_bytes = cpu_peak_bytes();
     if (ok && app->report) report_add(app->report, &report);
     free(path);
@@ -878,11 +1080,12 @@ static void catch_signals(void)
 int main(int argc, char **argv)
 {
     Err err = {ERR_NONE, ""};
-    App app = {.command = &render_command, .line.compare = compare_defaults()};
+    App app = {.command = &render_command, .start_s = cpu_wall_s(), .line.compare = compare_defaults()};
     catch_signals();
     app.line.include = calloc((size_t)argc + 1, sizeof *app.line.include);
     bool ok = app.line.include ? run(&app, argc, argv, &err) : err_memory(&err, "the command line");
     free(app.line.include);
+    if (ok && app.out_of_time) return ERR_TIME;
     if (ok) return app.pictures_differ;
     print_error(app.command, &err);
     return (int)err.kind;

@@ -43,6 +43,7 @@ SUPPORT := $(wildcard tests/support/*.c)
 TESTS   := $(patsubst %.c,$(OUT)/%,$(wildcard tests/test_*.c))
 STABILITY := $(OUT)/tests/stability/stability
 PRECISION := $(OUT)/tests/bench/precision
+REFERENCE := $(OUT)/tests/bench/reference
 KERNELS := $(OUT)/tests/bench/kernels/kernels
 object   = $(patsubst %.c,$(OUT)/obj/%.o,$(1))
 OBJECTS := $(call object,$(SOURCES) $(SUPPORT) \
@@ -66,7 +67,7 @@ $(OUT)/libsupport.a: $(call object,$(SUPPORT))
 # Tests that make allocations fail have theirs wrapped, no others.
 wrap = $(if $(shell grep -l 'support/alloc_fail\.h"' $*.c),-Wl$(,)--wrap=malloc$(,)--wrap=calloc$(,)--wrap=realloc$(,)--wrap=aligned_alloc)
 , := ,
-$(TESTS) $(PRECISION): $(OUT)/%: $(OUT)/obj/%.o $(OUT)/libsupport.a $(OUT)/librt.a
+$(TESTS) $(PRECISION) $(REFERENCE): $(OUT)/%: $(OUT)/obj/%.o $(OUT)/libsupport.a $(OUT)/librt.a
 	@mkdir -p $(@D)
 	@echo "  LD $@"
 	$(Q)$(CC) $(CFLAGS_ALL) $(LDFLAGS) $(wrap) -o $@ $^ $(LIBS) $(TEST_LIBS)
@@ -95,7 +96,7 @@ $(OUT)/flags: FORCE
 
 # Everything that can be compiled, the tests too; `tests` builds them without running them.
 objects: $(OBJECTS)
-tests: $(PROGRAM) $(TESTS) $(STABILITY) $(PRECISION)
+tests: $(PROGRAM) $(TESTS) $(STABILITY) $(PRECISION) $(REFERENCE)
 
 # Debian packages: to build, to test, to benchmark.
 BUILD_PACKAGES := gcc libc6-dev make pkg-config liblua5.4-dev liblodepng-dev libdeflate-dev libcglm-dev
@@ -116,10 +117,10 @@ demo: deps-build
 test: deps-test
 	+@tests/run.sh
 
-# LONG=1: more trials, hours of them.
+# LONG=1: more trials, hours of them. CASES='24.2 27': these rows alone.
 stability: deps-test
 	@$(MAKE) --no-print-directory build/release/tests/stability/stability BUILD=release
-	build/release/tests/stability/stability $(if $(LONG),--long,--full)
+	build/release/tests/stability/stability $(if $(LONG),--long,--full) $(CASES)
 
 # One after the other, so that they don't take each other's processors.
 bench:
@@ -132,7 +133,7 @@ bench-kernels: deps-bench
 	@echo "The table is also build/bench-kernels.json"
 
 bench-scenes: deps-bench
-	@$(MAKE) --no-print-directory all build/release/tests/tools/pngdiff BUILD=release
+	@$(MAKE) --no-print-directory all BUILD=release
 	tests/bench/scenes.sh
 
 precision: deps-bench
@@ -140,6 +141,14 @@ precision: deps-bench
 	build/release/tests/bench/precision
 	gnuplot tests/bench/precision.gnuplot
 	@echo "The table is also build/precision.csv, the plot build/precision.svg"
+
+calibration: deps-bench
+	@$(MAKE) --no-print-directory all build/release/tests/bench/reference BUILD=release
+	tests/bench/calibration.sh
+
+error-time: deps-bench
+	@$(MAKE) --no-print-directory all build/release/tests/bench/reference BUILD=release
+	tests/bench/error_time.sh
 
 lint: ; @tests/lint.sh
 
@@ -153,12 +162,14 @@ help:
 	@echo 'make [all]    build ./rt'
 	@echo 'make demo     install what the build needs, build, render the temple to temple.png'
 	@echo 'make test     install what the tests need, build and run them all'
-	@echo 'make stability  print the table of stiff and extreme cases (LONG=1: more trials)'
+	@echo 'make stability  print the table of stiff and extreme cases (LONG=1: more trials, CASES=24.2: one row)'
 	@echo 'make lint     check the rules of the code'
 	@echo 'make bench    install what the benchmarks need, run both:'
 	@echo 'make bench-kernels  rays and builds against Embree (a part: see tests/bench/kernels/kernels.c)'
 	@echo 'make bench-scenes   whole runs against POV-Ray, triangles, pixels, threads'
 	@echo 'make precision  measure error against time of the primitives and solvers'
+	@echo 'make calibration  how often the reported interval holds the true error'
+	@echo 'make error-time   error against seconds, beside POV-Ray'
 	@echo 'make deps     install all packages (apt-get; elsewhere it says their names)'
 	@echo 'make install  to $(DESTDIR)$(PREFIX)/bin'
 	@echo 'make clean    remove all that was built'
@@ -166,4 +177,4 @@ help:
 
 FORCE:
 .SECONDARY:
-.PHONY: all objects tests deps deps-build deps-test deps-bench demo test stability bench bench-kernels bench-scenes precision lint install clean help FORCE
+.PHONY: all objects tests deps deps-build deps-test deps-bench demo test stability bench bench-kernels bench-scenes precision calibration error-time lint install clean help FORCE

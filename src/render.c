@@ -1,228 +1,341 @@
 #include "render.h"
 
-#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "common/cpu.h"
-#include "common/parallel.h"
+#include "render/adaptive.h"
+#include "render/audit.h"
+#include "render/crew.h"
 #include "render/sample.h"
-#include "render/shade.h"
 
-/* Pixels of a tile's side: a tile's samples share the upper nodes of the BVH, and a 512 x 512 picture has 1,024 of them
- * to spread over threads. */
-enum { TILE = 16 };
+/* The replicates' first 1, 2, 4, ... samples are pictures of their own: so many there are at most. */
+enum { MAX_LEVELS = 16 };
 
-typedef struct Worker Worker;
-
+/* A render with a fixed number of samples. Its film lives tile by tile. */
 typedef struct {
-    const World *world;
     const RenderSettings *settings;
     void *film;
-    uint32_t tiles_x, tiles_y;
-    Worker **worker;         /* one for each thread */
-    atomic_bool failed;      /* out of memory: no more tiles */
-} Job;
+    ErrorMap *map;
+    ErrorMap guess;          /* what the audit's draws go by; nothing without an audit */
+    uint32_t levels;
+    double *level_error;     /* `levels` for each tile: sum of the pixels' squared errors with 2 << level samples */
+    atomic_ullong clipped;
+    AuditDraw *draw;
+    uint32_t draws;
+} Fixed;
 
-struct Worker {
-    Job *job;
-    Shader *shader;
-    Scratch scratch;
-    RenderStats stats;
-    bool reports;            /* calls settings->progress */
-    /* The stream being filled: its samples belong to the tile's pixels in order. */
-    Ray ray[STREAM_RAYS];
-    Rgb missed[STREAM_RAYS];
-    double colour[STREAM_RAYS][3];
-    uint16_t pixel[STREAM_RAYS];
-    uint32_t sample[STREAM_RAYS];
-    uint32_t count;
-    uint32_t x0, y0;         /* of the tile */
-    double film[TILE * TILE][3];
-};
+/* A tile's sums of samples: all of them, and by replicates. */
+typedef struct {
+    uint32_t share_a;
+    double all[TILE_PIXELS][3];
+    double squares[TILE_PIXELS];                 /* of the samples, all channels */
+    double part[2][TILE_PIXELS][3];
+    double early[MAX_LEVELS][TILE_PIXELS][3];    /* what part[0] was after 1, 2, 4, ... samples */
+    double *level_error;
+} TileFilm;
 
-/* SPEC: (0.5, 0.3, 1 - y/h), y = 0 for the bottom row. */
-static Rgb background(const RenderSettings *s, uint32_t row)
+static double squared_distance(const double a[3], const double b[3])
 {
-    if (s->has_background) return s->background;
-    double y = (double)(s->height - 1 - row);
-    return rgb(0.5f, 0.3f, (float)(1 - y / (double)s->height));
+    double sum = 0;
+    for (int k = 0; k < 3; k++) sum += (a[k] - b[k]) * (a[k] - b[k]);
+    return sum;
 }
 
-static Ray camera_ray(const World *world, const RenderSettings *s, double x, double y)
+/* `count` samples of a replicate of the pixel are summed. */
+static void take_level(TileFilm *film, uint32_t pixel, int replicate, uint32_t count)
 {
-    double right = 2 * x / (double)s->width - 1, up = 1 - 2 * y / (double)s->height;
-    Vec3 d = vec3_at(vec3_at(world->camera.forward, right, world->camera.right), up, world->camera.up);
-    return (Ray){world->camera.eye, d, 0, INFINITY};
+    int level = 0;
+    while (1u << level < count) level++;
+    if (replicate == 0) memcpy(film->early[level][pixel], film->part[0][pixel], sizeof film->early[level][pixel]);
+    else
+        film->level_error[level] += squared_distance(film->early[level][pixel], film->part[1][pixel]) / 12 / count / count;
 }
 
-static bool comes_before(const RenderStats *a, const RenderStats *b)
+static void take_tile(void *context, const SampleStream *stream)
 {
-    if (a->first_y != b->first_y) return a->first_y < b->first_y;
-    if (a->first_x != b->first_x) return a->first_x < b->first_x;
-    return a->first_sample < b->first_sample;
-}
-
-/* Adds those of s to *sum and keeps the first place of all. */
-static void add_not_finite(RenderStats *sum, const RenderStats *s)
-{
-    if (s->not_finite && (!sum->not_finite || comes_before(s, sum))) {
-        sum->first_x = s->first_x;
-        sum->first_y = s->first_y;
-        sum->first_sample = s->first_sample;
-    }
-    sum->not_finite += s->not_finite;
-}
-
-static void flush(Worker *w)
-{
-    const RenderSettings *s = w->job->settings;
-    shade_stream(w->job->world, w->shader, w->ray, w->missed, w->count, s->max_depth, w->colour, &w->stats, &w->scratch);
-    for (uint32_t i = 0; i < w->count; i++) {
-        const double *c = w->colour[i];
-        if (!isfinite(c[0] + c[1] + c[2])) {
-            uint32_t x = w->x0 + w->pixel[i] % TILE, y = w->y0 + w->pixel[i] / TILE;
-            add_not_finite(&w->stats, &(RenderStats){.not_finite = 1, .first_x = x, .first_y = y,
-                                                     .first_sample = w->sample[i]});
-            continue;
+    TileFilm *film = context;
+    for (const SampleRun *run = stream->run; run < stream->run + stream->runs; run++) {
+        int replicate = run->number >= film->share_a;
+        uint32_t pixel = run->slot, before = run->number - (replicate ? film->share_a : 0);
+        double *all = film->all[pixel], *part = film->part[replicate][pixel], squares = 0;
+        for (uint32_t i = run->begin; i < run->end; i++, before++) {
+            const double *c = stream->colour[i];
+            for (int k = 0; k < 3; k++) {
+                all[k] += c[k];
+                part[k] += c[k];
+            }
+            squares += c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
+            if ((before & (before + 1)) == 0) take_level(film, pixel, replicate, before + 1);
         }
-        for (int k = 0; k < 3; k++) w->film[w->pixel[i]][k] += c[k];
+        film->squares[pixel] += squares;
     }
-    w->stats.samples += w->count;
-    w->count = 0;
 }
 
-static void write_tile(const Worker *w, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1)
+/* The squared error of the pixel's mean over channels. Replicates of n_a and n_b samples whose variances are s / n_a and
+ * s / n_b differ by s (n_a + n_b) / (n_a n_b) in the square, and the mean of all has s / (n_a + n_b). */
+static double replicate_error(const TileFilm *film, uint32_t pixel, uint32_t samples, double *greatest)
 {
-    const RenderSettings *s = w->job->settings;
-    for (uint32_t y = y0; y < y1; y++)
-        for (uint32_t x = x0; x < x1; x++) {
-            const double *sum = w->film[(y - y0) * TILE + (x - x0)];
-            double mean[3];
-            for (int k = 0; k < 3; k++) mean[k] = sum[k] / (double)s->samples;
-            film_put(s->format, s->srgb, w->job->film, (size_t)(y - s->y0) * (s->x1 - s->x0) + (x - s->x0), mean);
+    double n_a = film->share_a, n_b = samples - film->share_a, sum = 0;
+    for (int k = 0; k < 3; k++) {
+        double d = mean_difference(film->part[0][pixel][k] / n_a, n_a, film->part[1][pixel][k] / n_b, n_b);
+        *greatest = fmax(*greatest, fabs(d));
+        sum += d * d;
+    }
+    return sum / 3 * (n_a * n_b / ((double)samples * samples));
+}
+
+/* How far a pixel's sum is from those of its neighbours in the tile, squared and summed. */
+static double contrast(const TileFilm *film, const TileRect *rect, uint32_t x, uint32_t y)
+{
+    double sum = 0;
+    const double *own = film->all[y * TILE + x];
+    for (uint32_t j = y > 0 ? y - 1 : 0; j <= y + 1 && rect->y0 + j < rect->y1; j++)
+        for (uint32_t i = x > 0 ? x - 1 : 0; i <= x + 1 && rect->x0 + i < rect->x1; i++)
+            sum += squared_distance(film->all[j * TILE + i], own);
+    return sum;
+}
+
+/* Where the audit should look: where the replicates differ, and where the pixel's samples do or its neighbours, as
+ * allocate.c has it. */
+static double guess_error(const TileFilm *film, const TileRect *rect, uint32_t x, uint32_t y, double n, double error)
+{
+    const double *sum = film->all[y * TILE + x];
+    double squares = film->squares[y * TILE + x] - (sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]) / n;
+    double spread = n > 1 ? fmax(squares, 0) / (3 * (n - 1)) : 0;
+    double floor = contrast(film, rect, x, y) / (3 * n * n) * 2 / ((n + 3) * (n + 3));
+    return error + fmax(spread, floor) / (n * sqrt(n));
+}
+
+static void put_guesses(Fixed *job, const TileFilm *film, uint32_t tile)
+{
+    TileRect r = tile_rect(&job->map->tiles, tile);
+    double sum = 0;
+    for (uint32_t y = r.y0; y < r.y1; y++)
+        for (uint32_t x = r.x0; x < r.x1; x++) {
+            double error = error_of_code(job->map->code[(size_t)y * job->map->tiles.width + x]);
+            double guess = guess_error(film, &r, x - r.x0, y - r.y0, job->settings->samples, error);
+            error_map_put(&job->guess, x, y, guess);
+            sum += guess;
         }
+    job->guess.tile[tile].sum = sum;
 }
 
-static void add_sample(Worker *w, Ray ray, Rgb miss, uint16_t pixel, uint32_t sample)
+static void write_tile(Fixed *job, const TileFilm *film, uint32_t tile)
 {
-    w->ray[w->count] = ray;
-    w->missed[w->count] = miss;
-    w->pixel[w->count] = pixel;
-    w->sample[w->count] = sample;
-    if (++w->count == STREAM_RAYS) flush(w);
+    const RenderSettings *s = job->settings;
+    TileRect r = tile_rect(&job->map->tiles, tile);
+    TileError error = {0};
+    uint32_t clipped = 0;
+    for (uint32_t y = r.y0; y < r.y1; y++)
+        for (uint32_t x = r.x0; x < r.x1; x++) {
+            uint32_t pixel = (y - r.y0) * TILE + (x - r.x0);
+            size_t at = (size_t)y * job->map->tiles.width + x;
+            double mean[3], e = 0;
+            for (int k = 0; k < 3; k++) mean[k] = film->all[pixel][k] / (double)s->samples;
+            film_put(s->format, s->srgb, job->film, at, mean);
+            clipped += film_clips(mean);
+            if (s->samples > 1) e = replicate_error(film, pixel, s->samples, &error.greatest);
+            error_map_put(job->map, x, y, e);
+            if (s->reference) error.true_sum += true_error(mean, s->reference + 3 * at);
+            error.sum += e;
+            error.squares += e * e;
+        }
+    job->map->tile[tile] = error;
+    atomic_fetch_add_explicit(&job->clipped, clipped, memory_order_relaxed);
 }
 
-/* A pixel's samples: those of replicate A, then those of B. One sample is the pixel's centre. */
-static void add_pixel(Worker *w, uint32_t x, uint32_t y, uint16_t pixel)
+static void tile_turn(void *context, uint32_t tile, SampleStream *stream, bool first)
 {
-    const RenderSettings *s = w->job->settings;
-    const World *world = w->job->world;
-    Rgb miss = background(s, y);
-    if (s->samples == 1) {
-        add_sample(w, camera_ray(world, s, x + 0.5, y + 0.5), miss, pixel, 0);
-        return;
+    Fixed *job = context;
+    const RenderSettings *s = job->settings;
+    TileRect r = tile_rect(&job->map->tiles, tile);
+    TileFilm film;
+    film.share_a = sample_share_a(s->samples);
+    film.level_error = job->level_error + (size_t)tile * job->levels;
+    memset(film.all, 0, sizeof film.all);
+    memset(film.squares, 0, sizeof film.squares);
+    memset(film.part, 0, sizeof film.part);
+    stream_set_taker(stream, take_tile, &film);
+    for (uint32_t k = 0; k < TILE_PIXELS; k++) {
+        uint32_t x = r.x0 + tile_column(k), y = r.y0 + tile_row(k);
+        if (x >= r.x1 || y >= r.y1) continue;
+        stream_add_pixel(stream, s->x0 + x, s->y0 + y, (y - r.y0) * TILE + (x - r.x0), s->samples);
     }
-    uint32_t share_a = sample_share_a(s->samples);
-    uint64_t key = sample_key(s->seed, x, y, 0);
-    for (uint32_t i = 0; i < s->samples; i++) {
-        if (i == share_a) key = sample_key(s->seed, x, y, 1);
-        Sample2 at = sample_place(key, i < share_a ? i : i - share_a);
-        add_sample(w, camera_ray(world, s, x + at.x, y + at.y), miss, pixel, i);
+    stream_flush(stream);
+    write_tile(job, &film, tile);
+    if (s->audits) put_guesses(job, &film, tile);
+    if (first && s->progress) s->progress(s->progress_context, (double)tile / job->map->tiles.count);
+}
+
+/* ---- the audit ---- */
+
+/* Draws of a turn: enough to fill streams. */
+enum { TURN_DRAWS = 32 };
+
+static void take_picture(void *context, const SampleStream *stream)
+{
+    AuditDraw *draw = context;
+    for (const SampleRun *run = stream->run; run < stream->run + stream->runs; run++)
+        for (uint32_t i = run->begin; i < run->end; i++)
+            for (int k = 0; k < 3; k++) draw[run->slot].picture[k] += stream->colour[i][k];
+}
+
+/* The picture's own colours aren't kept: the samples of the pixels that were drawn are traced again. */
+static void audit_turn(void *context, uint32_t turn, SampleStream *stream, bool first)
+{
+    (void)first;
+    Fixed *job = context;
+    const RenderSettings *s = job->settings;
+    uint32_t begin = turn * TURN_DRAWS, end = begin + TURN_DRAWS < job->draws ? begin + TURN_DRAWS : job->draws;
+    stream_set_taker(stream, take_picture, job->draw);
+    for (uint32_t i = begin; i < end; i++)
+        stream_add_pixel(stream, s->x0 + job->draw[i].x, s->y0 + job->draw[i].y, i, s->samples);
+    stream_flush(stream);
+    stream_set_taker(stream, audit_take_fresh, job->draw);
+    for (uint32_t i = begin; i < end; i++) {
+        for (int k = 0; k < 3; k++) job->draw[i].picture[k] /= (double)s->samples;
+        audit_add_fresh(stream, job->draw, i, s->seed, 0);
     }
+    stream_flush(stream);
 }
 
-/* The even bits of a number, moved together: pixels in the order of a Z curve (Morton 1966) stay near each other. */
-static uint32_t even_bits(uint32_t x)
+static uint64_t picture_pixels(const ErrorMap *map) { return (uint64_t)map->tiles.width * map->tiles.height; }
+
+/* The greatest power of two that isn't above n >= 1: so many samples are stratified best. */
+static uint32_t power_below(uint32_t n)
 {
-    x &= 0x55;
-    x = (x | x >> 1) & 0x33;
-    return (x | x >> 2) & 0x0f;
+    uint32_t power = 1;
+    while (power <= n / 2) power *= 2;
+    return power;
 }
 
-static void render_tile(Worker *w, uint32_t tile)
+static bool audit_fixed(Fixed *job, Crew *crew, RenderStats *stats, MeanSquare *square, bool *agrees, Err *err)
 {
-    const RenderSettings *s = w->job->settings;
-    uint32_t x0 = s->x0 + tile % w->job->tiles_x * TILE, y0 = s->y0 + tile / w->job->tiles_x * TILE;
-    uint32_t x1 = x0 + TILE < s->x1 ? x0 + TILE : s->x1, y1 = y0 + TILE < s->y1 ? y0 + TILE : s->y1;
-    memset(w->film, 0, sizeof w->film);
-    w->x0 = x0;
-    w->y0 = y0;
-    for (uint32_t k = 0; k < TILE * TILE; k++) {
-        uint32_t x = x0 + even_bits(k), y = y0 + even_bits(k >> 1);
-        if (x >= x1 || y >= y1) continue;
-        add_pixel(w, x, y, (uint16_t)((y - y0) * TILE + (x - x0)));
+    const RenderSettings *s = job->settings;
+    uint64_t pixels = picture_pixels(job->map);
+    uint32_t each = power_below(sample_share_a(s->samples));
+    job->draws = audit_size(pixels * s->samples, s->samples + 2.0 * each);
+    job->draw = malloc(job->draws * sizeof *job->draw);
+    if (!job->draw) return err_memory(err, "the audit");
+    audit_pick(&job->guess, s->seed, 0, job->draw, job->draws);
+    for (uint32_t i = 0; i < job->draws; i++) {
+        job->draw[i].samples = each;
+        job->draw[i].picture_samples = s->samples;
     }
-    if (w->count) flush(w);
-    write_tile(w, x0, y0, x1, y1);
+    bool ok = crew_run(crew, (job->draws + TURN_DRAWS - 1) / TURN_DRAWS, audit_turn, job, err);
+    *square = audit_mean_square(job->draw, job->draws);
+    *agrees = audit_agrees(job->draw, job->draws);
+    free(job->draw);
+    RenderStats fresh = crew_take_stats(crew);
+    stats->audit_rays = stats_rays(&fresh);
+    stats->audit_samples = fresh.samples;
+    return ok;
 }
 
-static void tile_turn(void *context, uint32_t tile, uint32_t worker)
+/* ---- the whole ---- */
+
+static void note_time(CurvePoint *point, const RenderSettings *s)
 {
-    Job *job = context;
-    Worker *w = job->worker[worker];
-    if (atomic_load_explicit(&job->failed, memory_order_relaxed)) return;
-    render_tile(w, tile);
-    if (w->scratch.out_of_memory) atomic_store_explicit(&job->failed, true, memory_order_relaxed);
-    double share = (double)tile / (job->tiles_x * job->tiles_y);
-    if (w->reports) job->settings->progress(job->settings->progress_context, share);
+    point->wall_s = cpu_wall_s() - s->start_s;
+    point->cpu_s = cpu_time_s();
 }
 
-static void worker_destroy(Worker *w)
+/* The pictures of fewer samples, which took their part of the time since `begin`. */
+static bool add_levels(const Fixed *job, const CurvePoint *begin, const CurvePoint *end, RenderOutcome *outcome, Err *err)
 {
-    if (!w) return;
-    shader_destroy(w->shader);
-    arena_destroy(w->scratch.arena);
-    free(w);
+    uint32_t samples = job->settings->samples;
+    for (uint32_t level = 0; level < job->levels && 2u << level < samples; level++) {
+        double part = (double)(2u << level) / samples, sum = 0;
+        for (uint32_t tile = 0; tile < job->map->tiles.count; tile++)
+            sum += job->level_error[(size_t)tile * job->levels + level];
+        CurvePoint point = {
+            .wall_s = begin->wall_s + part * (end->wall_s - begin->wall_s),
+            .cpu_s = begin->cpu_s + part * (end->cpu_s - begin->cpu_s),
+            .rays = (uint64_t)(part * (double)end->rays),
+            .samples = picture_pixels(job->map) * (2u << level),
+            .predicted = sqrt(sum / (double)picture_pixels(job->map)),
+            .greatest_diff = NAN,
+            .unfinished = 1,
+        };
+        if (!outcome_add_point(outcome, &point, err)) return false;
+    }
+    return true;
 }
 
-static Worker *worker_create(Job *job)
+static bool judge_fixed(Fixed *job, const CurvePoint *begin, Crew *crew, RenderStats *stats, RenderOutcome *outcome,
+                        Err *err)
 {
-    Worker *w = calloc(1, sizeof *w);
-    if (!w) return NULL;
-    w->job = job;
-    w->shader = shader_create();
-    w->scratch.arena = arena_create();
-    if (w->shader && w->scratch.arena) return w;
-    worker_destroy(w);
-    return NULL;
+    const RenderSettings *s = job->settings;
+    bool has_replicates = s->samples > 1;
+    TileError sum = error_map_sum(job->map);
+    uint64_t pixels = picture_pixels(job->map);
+    CurvePoint point = {.predicted = NAN, .greatest_diff = NAN, .audited = s->audits, .rays = stats_rays(stats)};
+    note_time(&point, s);
+    if (!add_levels(job, begin, &point, outcome, err)) return false;
+    MeanSquare square = {NAN, NAN};
+    bool agrees = sum.sum == 0;
+    if (has_replicates) {
+        if (!outcome_set_pixel_error(outcome, err)) return false;
+        square = replicate_mean_square(&sum, pixels);
+        point.predicted = sqrt(square.mean);
+        point.greatest_diff = sum.greatest;
+    }
+    if (s->audits) {
+        MeanSquare audited;
+        bool fresh_agree = false;
+        if (!audit_fixed(job, crew, stats, &audited, &fresh_agree, err)) return false;
+        agrees = agrees && fresh_agree;
+        point.audit = root_estimate(audited, ERROR_ALPHA);
+        square = has_replicates ? agreed_mean_square(audited, square) : audited;
+    }
+    outcome->rmse = root_estimate(square, ERROR_ALPHA);
+    if (agrees && (has_replicates || s->audits))
+        point.audit.high = outcome->rmse.high = audit_unseen(pixels, s->samples, ERROR_ALPHA);
+    outcome->clipped = job->clipped;
+    outcome_set_true_error(outcome, s);
+    note_time(&point, s);
+    point.rays += stats->audit_rays;
+    point.samples = stats->samples;
+    return outcome_add_point(outcome, &point, err);
 }
 
-static void add_stats(RenderStats *sum, const RenderStats *s)
+static bool render_fixed(Crew *crew, const RenderSettings *s, void *film, RenderStats *stats, RenderOutcome *outcome,
+                         Err *err)
 {
-    sum->camera_rays += s->camera_rays;
-    sum->shadow_rays += s->shadow_rays;
-    sum->mirror_rays += s->mirror_rays;
-    sum->samples += s->samples;
-    add_not_finite(sum, s);
+    Fixed job = {.settings = s, .film = film, .map = &outcome->map};
+    CurvePoint begin;
+    note_time(&begin, s);
+    while (2u << job.levels <= s->samples) job.levels++;
+    job.level_error = calloc((size_t)job.map->tiles.count * job.levels + 1, sizeof *job.level_error);
+    if (!job.level_error) return err_memory(err, "the curve of error");
+    bool ok = (!s->audits || error_map_create(&job.guess, job.map->tiles.width, job.map->tiles.height, err)) &&
+              crew_run(crew, job.map->tiles.count, tile_turn, &job, err);
+    *stats = crew_take_stats(crew);
+    ok = ok && judge_fixed(&job, &begin, crew, stats, outcome, err);
+    error_map_destroy(&job.guess);
+    free(job.level_error);
+    return ok;
 }
 
-bool render(const World *world, const RenderSettings *settings, void *film, RenderStats *stats, Err *err)
+bool render(const World *world, const RenderSettings *settings, void *film, RenderStats *stats, RenderOutcome *outcome,
+            Err *err)
 {
     double wall = cpu_wall_s(), cpu = cpu_time_s();
     *stats = (RenderStats){0};
-    Job job = {.world = world, .settings = settings, .film = film};
-    job.tiles_x = (settings->x1 - settings->x0 + TILE - 1) / TILE;
-    job.tiles_y = (settings->y1 - settings->y0 + TILE - 1) / TILE;
-    uint32_t tiles = job.tiles_x * job.tiles_y, wanted = settings->threads < tiles ? settings->threads : tiles;
-    Worker **worker = calloc(wanted, sizeof *worker);
-    if (!worker) return err_memory(err, "the render threads");
-
-    uint32_t n = 0;
-    while (n < wanted && (worker[n] = worker_create(&job))) n++;
-    job.worker = worker;
-    if (n > 0) {
-        worker[0]->reports = settings->progress != NULL;
-        stats->threads = parallel_for(n, tiles, tile_turn, &job);
+    *outcome = (RenderOutcome){.point = NULL};
+    Crew crew;
+    if (!error_map_create(&outcome->map, settings->x1 - settings->x0, settings->y1 - settings->y0, err)) return false;
+    uint32_t tiles = outcome->map.tiles.count, threads = settings->threads < tiles ? settings->threads : tiles;
+    bool ok = crew_create(&crew, world, settings, threads, err);
+    if (ok) {
+        ok = settings->samples ? render_fixed(&crew, settings, film, stats, outcome, err)
+                               : render_adaptive(&crew, settings, film, stats, outcome, err);
+        stats->threads = crew.threads;
+        crew_destroy(&crew);
     }
-    for (uint32_t i = 0; i < n; i++) {
-        add_stats(stats, &worker[i]->stats);
-        worker_destroy(worker[i]);
-    }
-    free(worker);
+    if (!ok) outcome_destroy(outcome);
     stats->wall_s = cpu_wall_s() - wall;
     stats->cpu_s = cpu_time_s() - cpu;
-    if (n == 0) return err_memory(err, "the render threads");
-    if (atomic_load(&job.failed)) return err_memory(err, "the rays' scratch memory");
-    return true;
+    return ok;
 }

@@ -55,7 +55,7 @@ rm -f "$TMP/line.obj"
 usage "no scene" "no scene is given"
 usage "two scenes" "one scene at a time, not 'b.lua' too (words for the script stand after --)" a.lua b.lua
 usage "unknown option" "unknown option --smaples (did you mean --samples?)" --smaples 3 "$SCENE"
-usage "unknown option, nothing near" "unknown option --teapot" "$SCENE" --teapot=3
+usage "unknown option, nothing near" "unknown option --xylophone" "$SCENE" --xylophone=3
 usage "unknown letter" "unknown option -z" -z "$SCENE"
 usage "missing value" "-s needs a value" "$SCENE" -s
 usage "missing long value" "--stats needs a value" "$SCENE" --stats
@@ -84,13 +84,23 @@ usage "empty output" "-o must be a file, not ''" "$SCENE" -o ''
 for bad in 0 7 12 17 32 x; do usage "bits '$bad'" "--bits must be 8 or 16, not '$bad'" "$SCENE" --bits "$bad"; done
 usage "bits of a PFM" "--bits is for PNG; a PFM has 32" "$SCENE" --bits 16 -o x.pfm
 usage "bits of a PFM, by --format" "--bits is for PNG; a PFM has 32" "$SCENE" --bits 16 --format pfm
+for bad in 0 -1 nan inf 1e999 x '' '1 '; do
+    usage "error '$bad'" "--error must be a number above 0, not '$bad'" "$SCENE" --error "$bad"
+    usage "time '$bad'" "--time must be seconds above 0, not '$bad'" "$SCENE" --time "$bad"
+done
+for goal in "--error 0.1" "--time 9" "--error 0.1 --time 9"; do
+    usage "-s and $goal" "-s fixes the samples: it can't stand with --error or --time" "$SCENE" -s 4 $goal
+done
+for bad in x x.txt .jsonx ''; do
+    usage "report '$bad'" "--report must end in .json, .csv or .svg, not '$bad'" "$SCENE" --report "$bad"
+done
 usage "format" "--format must be png or pfm, not 'jpg'" "$SCENE" --format jpg
 
 "$RT" --help >"$TMP/out" 2>"$TMP/err"
 is "help: status" $? 0
 is "help: standard error" "$(cat "$TMP/err")" ""
 is "help: fits 80 columns" "$(awk 'length > 80' "$TMP/out")" ""
-for option in -o --size --crop --bits --format -s -t --max-depth --seed --legacy --background --srgb -I --check --stats -q --help --version; do
+for option in --error --time --no-audit --report --variance --reference -o --size --crop --bits --format -s -t --max-depth --seed --legacy --background --srgb -I --check --stats -q --help --version; do
     grep -qE -- "(^| )$option\b" "$TMP/out" || not_ok "help: $option" "is not in it"
 done
 is "version" "$("$RT" --version | grep -cE '^rt [0-9]+\.[0-9]+')" 1
@@ -214,6 +224,72 @@ is "PFM by the script's name" "$(cd "$TMP" && "$program" -q --bits 16 names.lua 
 "$RT" "$SCENE" -t 2 -o "$TMP/a.pfm" 2>"$TMP/err"
 is "PFM: summary" "$(grep -c "^$TMP/a.pfm: 64 x 48, 9 samples, " "$TMP/err")" 1
 
+# ---- error and its goals ----
+# figure KEY FILE: what a report says, by its last line in CSV: rmse, rmse_low, rmse_high, samples, reference, ...
+figure() { awk -F, -v key="$1" 'NR == 1 { for (i = 1; i <= NF; i++) if ($i == key) at = i } { last = $at } END { print last }' "$2"; }
+# holds EXPRESSION...: of awk
+holds() { awk "BEGIN { exit !($*) }"; }
+for goal in 0.02 0.005; do
+    expect "error $goal" 0 "" -q "$SCENE" --error $goal -t 1 -o "$TMP/goal.png" --report "$TMP/goal.csv"
+    high=$(figure rmse_high "$TMP/goal.csv")
+    check "error $goal: reached" holds "$high > 0 && $high <= $goal"
+    for threads in 2 5; do
+        expect "error $goal: -t $threads" 0 "" -q "$SCENE" --error $goal -t $threads -o "$TMP/goals.png" --report "$TMP/goals.csv"
+        check "error $goal: -t $threads: the same picture" cmp "$TMP/goal.png" "$TMP/goals.png"
+        is "error $goal: -t $threads: the same figures" "$(figure rmse "$TMP/goals.csv") $(figure samples "$TMP/goals.csv")" \
+            "$(figure rmse "$TMP/goal.csv") $(figure samples "$TMP/goal.csv")"
+    done
+done
+expect "error without an audit" 0 "" -q "$SCENE" --error 0.01 --no-audit -o "$TMP/goal.png" --report "$TMP/goal.csv"
+is "error without an audit: there is none" "$(figure audit "$TMP/goal.csv")" ""
+check "error without an audit: reached" holds "$(figure rmse_high "$TMP/goal.csv") <= 0.01"
+expect "reference" 0 "" -q "$SCENE" -s 1024 --seed 5 --no-audit -o "$TMP/true.pfm"
+for how in "-s 4" "-s 9" "--error 0.01"; do
+    expect "$how: reference" 0 "" -q "$SCENE" $how -o "$TMP/a.pfm" --reference "$TMP/true.pfm" --report "$TMP/goal.csv"
+    check "$how: the error told is near the true one" \
+        holds "($(figure rmse "$TMP/goal.csv") / $(figure reference "$TMP/goal.csv") - 1) ^ 2 < 0.3 ^ 2"
+    check "$how: the true error is that of rt compare" "$RT" compare -q "$TMP/a.pfm" "$TMP/true.pfm" \
+        --max-rmse "$(awk "BEGIN { print 1.0001 * $(figure reference "$TMP/goal.csv") }")"
+done
+expect "reference of another size" 2 "rt: $TMP/small.png is 20 x 10 and the picture is 64 x 48; see rt --help" -q "$SCENE" \
+    --reference "$TMP/small.png" -o "$TMP/a.png"
+expect "reference missing" 3 "rt: can't open $TMP/none.pfm: No such file or directory" -q "$SCENE" --reference "$TMP/none.pfm" \
+    -o "$TMP/a.png"
+expect "reference of a crop" 0 "" -q "$SCENE" --crop 10,20,30,25 --reference "$TMP/true.pfm" -o "$TMP/a.png"
+expect "time" 0 "" -q "$SCENE" --time 0.5 -o "$TMP/a.png" --report "$TMP/goal.csv"
+check "time: there is a picture" test "$(size "$TMP/a.png")" = 64x48
+for how in "" "--no-audit"; do
+    rm -f "$TMP/late.png"
+    "$RT" "$SCENE" --size 400x300 --error 1e-7 --time 0.3 $how -o "$TMP/late.png" >"$TMP/out" 2>"$TMP/err"
+    is "out of time $how: status" $? 6
+    is "out of time $how: the picture" "$(size "$TMP/late.png")" 400x300
+    is "out of time $how: told" "$(head -n 1 "$TMP/err")" \
+        "rt: warning: the time ended before the RMSE of $TMP/late.png was known to be at most 1e-07"
+    check "out of time $how: the last line" grep -qE '^RMSE [0-9.e-]+ \[' <(tail -n 1 "$TMP/err")
+done
+cat >"$TMP/plain.lua" <<'LUA'
+local s = gr.sphere('s')
+s:set_material(gr.material({1, 1, 1}, {0, 0, 0}, 1))
+gr.render(s, 'x.png', 200, 100, {0, 0, 5}, {0, 0, 1}, {0, 1, 0}, 50, {1, 1, 1}, {gr.light({0, 0, 9}, {1, 1, 1}, {1, 0, 0})},
+          {background = {0.2, 0.4, 0.1}})
+LUA
+expect "one colour" 0 "" -q "$TMP/plain.lua" --error 0.01 -o "$TMP/a.png" --report "$TMP/goal.csv"
+is "one colour: nothing but the first samples" "$(figure samples "$TMP/goal.csv") $(figure rmse "$TMP/goal.csv")" "40000 0"
+check "one colour: bounded" holds "$(figure rmse_high "$TMP/goal.csv") > 0 && $(figure rmse_high "$TMP/goal.csv") <= 0.01"
+expect "standard errors" 0 "" -q "$SCENE" --variance "$TMP/v.png" -o "$TMP/a.png"
+is "standard errors: a picture of 16 bits" "$(size "$TMP/v.png") $(depth "$TMP/v.png")" "64x48 16"
+usage "standard errors of one sample" "--variance needs two samples at least" "$SCENE" -s 1 --variance "$TMP/v.png"
+for option in --report=$TMP/none/r.json --variance=$TMP/none/r.json; do
+    expect "${option%%=*}: folder missing" 4 "rt: can't write $TMP/none/r.json: No such file or directory" "$SCENE" "$option" \
+        -o "$TMP/never.png"
+done
+is "nothing was rendered for those" "$(ls "$TMP/never.png" 2>/dev/null)" ""
+expect "reports of several renders" 0 "" -q "$SCENE" -o "$TMP/m.png" --report "$TMP/m.json" --variance "$TMP/mv.png" -- 2
+is "reports of several renders: files" "$(cd "$TMP" && echo m.json m-*.json mv*.png)" "m.json m-2.json mv-2.png mv.png"
+"$RT" "$SCENE" -s 1 --no-audit -o "$TMP/a.png" >"$TMP/out" 2>"$TMP/err"
+is "one sample without an audit" "$(tail -n 1 "$TMP/err" | cut -d' ' -f1-3)" "RMSE unknown in"
+no_leftovers "error: nothing is left behind"
+
 # ---- rt compare ----
 # compares NAME STATUS LAST ARGUMENTS...: the last line of standard output must be LAST, standard error empty.
 compares() {
@@ -291,8 +367,10 @@ done
 # ---- what is printed ----
 "$RT" "$SCENE" -t 2 -o "$TMP/a.png" >"$TMP/out" 2>"$TMP/err"
 is "summary: standard output" "$(cat "$TMP/out")" ""
-is "summary" "$(sed -E 's/[0-9.]+( [kMG])? rays in [0-9.]+ s \(CPU [0-9.]+ s\)/N rays in T s (CPU T s)/' "$TMP/err")" \
+is "summary" "$(sed -E 's/[0-9.]+( [kMG])? rays in [0-9.]+ s \(CPU [0-9.]+ s\)/N rays in T s (CPU T s)/; 2d' "$TMP/err")" \
     "$TMP/a.png: 64 x 48, 9 samples, N rays in T s (CPU T s), 2 threads"
+is "summary: error" "$(sed -E '1d; s/0\.[0-9]+/E/g; s/E s/T s/g; s/[0-9]+\.[0-9] s/T s/g' "$TMP/err")" \
+    "RMSE E [E, E] in T s (CPU T s); E would take about T s"
 echo "print('hello') io.write('you\n') gr.sphere('s', 1, 2)" >"$TMP/print.lua"
 "$RT" "$TMP/print.lua" >"$TMP/out" 2>"$TMP/err"
 is "the script's words" "$? $(tr '\n' ' ' <"$TMP/out")" "0 hello you "

@@ -126,6 +126,63 @@ static void features_are_those_of_the_scene(void **state)
     fixture_destroy(&f);
 }
 
+static Mesh *strip(uint32_t triangles)
+{
+    Mesh *m = calloc(1, sizeof *m);
+    assert_non_null(m);
+    m->position = malloc((triangles + 2) * sizeof *m->position);
+    m->triangle = malloc(triangles * sizeof *m->triangle);
+    assert_true(m->position && m->triangle);
+    for (uint32_t i = 0; i < triangles + 2; i++) m->position[m->position_count++] = vec3_make(i, i % 2, 0);
+    for (uint32_t i = 0; i < triangles; i++)
+        for (uint32_t k = 0; k < 3; k++) m->triangle[i][k] = i + k;
+    m->triangle_count = triangles;
+    return m;
+}
+
+static Node *strip_node(WorldFixture *f, Node *parent, MeshSource *source)
+{
+    Node *node = fixture_node(f, parent, NODE_MESH, "strip");
+    node->mesh = source;
+    node->material = fixture_material(f, grey, black, 1, 0);
+    return node;
+}
+
+/* What is small in all its places is baked into one object in the world; a large mesh that stands but once gets an object
+ * there; others are mapped. */
+static void meshes_are_baked_and_placed(void **state)
+{
+    (void)state;
+    static const struct { uint32_t triangles, places, nodes, objects; bool in_world; } rows[] = {
+        {100, 1, 1, 1, true},   {100, 600, 1, 1, true},    {100, 700, 1, 700, false}, {65536, 1, 1, 1, true},
+        {65537, 1, 1, 1, true}, {65537, 2, 1, 2, false},   {65537, 1, 2, 2, false},   {60000, 1, 20, 4, true},
+    };
+    for (size_t r = 0; r < sizeof rows / sizeof *rows; r++) {
+        WorldFixture f;
+        fixture_create(&f);
+        MeshSource *source = scene_mesh_made(f.scene, MESH_TABLE);
+        assert_non_null(source);
+        source->loaded = strip(rows[r].triangles);
+        for (uint32_t n = 0; n < rows[r].nodes; n++) {
+            Node *node = NULL;
+            for (uint32_t i = 0; i < rows[r].places; i++) {
+                Node *place = fixture_node(&f, NULL, NODE_GROUP, "place");
+                Affine move = affine_translate(0, 2 * (n * rows[r].places + i), -3), size = affine_scale(0.1, 0.3, 0.7);
+                node_transform(place, &size, false);
+                node_transform(place, &move, false);
+                if (node)
+                    assert_true(node_add_child(f.scene, place, node, NULL));
+                else
+                    node = strip_node(&f, place, source);
+            }
+        }
+        assert_true(fixture_compile(&f));
+        assert_int_equal(f.world->object_count, rows[r].objects);
+        assert_int_equal(f.world->objects[rows[r].objects - 1].in_world, rows[r].in_world);
+        fixture_destroy(&f);
+    }
+}
+
 /* A chain of a million nodes is walked without recursion. */
 static void deep_chains(void **state)
 {
@@ -147,6 +204,7 @@ static void deep_chains(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(meshes_are_baked_and_placed),
         cmocka_unit_test(every_path_is_an_object),
         cmocka_unit_test(transforms_multiply_from_the_root),
         cmocka_unit_test(errors_name_the_line),

@@ -337,7 +337,7 @@ static void queries_agree(void **state)
             assert_true(hit.part == first->part && hit.leaf == first->leaf);
             Box b = prim->ops->bounds(prim);
             Surface s;
-            prim->ops->surface(prim, &ray, &hit, &s);
+            prim->ops->surface(prim, &ray, &hit, true, &s);
             for (int axis = 0; axis < 3; axis++) {
                 double p = vec3_get(s.p, axis), err = vec3_get(s.p_err, axis);
                 double at = vec3_get(ray.o, axis) + hit.t * vec3_get(ray.d, axis);
@@ -386,7 +386,7 @@ static void no_hit_of_own_surface(void **state)
                 arena_reset(solid_scratch.arena);
                 if (!prim->ops->intersect(prim, &ray, &hit, &solid_scratch)) continue;
                 if (vec3_dot(ray.d, vec3_sub(ray.o, vec3_make(0, 0, 0))) > 0 && i % 10 == 0) continue;
-                prim->ops->surface(prim, &ray, &hit, &s);
+                prim->ops->surface(prim, &ray, &hit, true, &s);
                 Vec3 n = vec3_normalize(s.n);
                 if (vec3_dot(n, ray.d) > 0) continue;  /* it started inside */
                 Vec3 o = vec3_at(s.p, vec3_dot(vec3_abs(n), s.p_err), n), d = vec3_normalize(solid_random_point(&rng, 1));
@@ -435,7 +435,7 @@ static void identity_of_faces(void **state)
         assert_int_equal(csg_leaf_count(prim), table[i].leaf_count);
         if (csg_shown_leaf(prim, hit.leaf) != table[i].shown)
             fail_msg("row %zu: shows %u", i, csg_shown_leaf(prim, hit.leaf));
-        prim->ops->surface(prim, &ray, &hit, &s);
+        prim->ops->surface(prim, &ray, &hit, true, &s);
         assert_true(vec3_normalize(s.n).x == table[i].nx && vec3_normalize(s.ns).x == table[i].nx);
         prim_destroy(prim);
     }
@@ -472,7 +472,7 @@ static void nested(void **state)
             if (!found) continue;
             assert_true(x.t == y.t && x.leaf == y.leaf && x.part == y.part && x.u == y.u && x.v == y.v);
             Surface s;
-            one->ops->surface(one, &ray, &x, &s);
+            one->ops->surface(one, &ray, &x, true, &s);
             assert_true(vec3_length(vec3_sub(s.p, vec3_at(ray.o, x.t, ray.d))) < 1e-7);
         }
         prim_destroy(one);

@@ -21,6 +21,9 @@ same() {
     done
     other=$(draws build/debug/rt 2 "$1") || { echo "BUILD=debug doesn't render it"; return 1; }
     [ "$first" = "$other" ] || { echo "BUILD=debug isn't BUILD=release"; return 1; }
+    first=$(draws "$RT" 1 "$1" --error 0.02) || { echo "it doesn't render to an error"; return 1; }
+    other=$(draws "$RT" 7 "$1" --error 0.02) || { echo "it doesn't render to an error with -t 7"; return 1; }
+    [ "$first" = "$other" ] || { echo "with --error -t 7 isn't -t 1"; return 1; }
 }
 # A scene has the picture that it gives beside it.
 scenes=$(for scene in Assets/*/*.lua; do [ ! -e "${scene%.lua}.png" ] || echo "$scene"; done)

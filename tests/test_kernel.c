@@ -10,6 +10,7 @@
 
 #include "accel/accel.h"
 #include "accel/kernel.h"
+#include "accel/mesh_data.h"
 #include "common/cpu.h"
 #include "common/rng.h"
 #include "node/primitive/primitive.h"
@@ -46,9 +47,9 @@ static Mesh *sheet(uint32_t n)
     return m;
 }
 
-static Node *mesh_node(WorldFixture *f, MeshSource *source)
+static Node *mesh_node(WorldFixture *f, Node *parent, MeshSource *source)
 {
-    Node *node = fixture_node(f, NULL, NODE_MESH, "sheet");
+    Node *node = fixture_node(f, parent, NODE_MESH, "sheet");
     node->mesh = source;
     node->material = fixture_material(f, grey, grey, 10, 0);
     return node;
@@ -71,8 +72,17 @@ static void make_world(WorldFixture *f)
         CHECK(shared && single);
         shared->loaded = sheet(size);
         single->loaded = sheet(size);
-        mesh_node(f, single);
-        for (int i = 0; i < 40; i++) move(mesh_node(f, shared), &rng, 0.5);
+        for (int i = 0; i < 3; i++) mesh_node(f, NULL, single);  /* in one place: ties */
+        /* all places of the largest together are too much to be baked */
+        Node *node = NULL;
+        for (int i = 0; i < 40; i++) {
+            Node *place = fixture_node(f, NULL, NODE_GROUP, "place");
+            move(place, &rng, 0.5);
+            if (node)
+                CHECK(node_add_child(f->scene, place, node, NULL));
+            else
+                node = mesh_node(f, place, shared);
+        }
     }
     Prim *(*const make[])(void) = {sphere_create, cube_create, cylinder_create, cone_create};
     for (int i = 0; i < 80; i++) {
@@ -88,6 +98,14 @@ static void make_world(WorldFixture *f)
         move(csg, &rng, 0.5);
     }
     CHECK(fixture_compile(f));
+    uint32_t instances = 0, in_world = 0;
+    for (uint32_t i = 0; i < f->world->object_count; i++) {
+        const Object *o = &f->world->objects[i];
+        if (!mesh_prim_data(o->prim)) continue;
+        instances += !o->in_world;
+        in_world += o->in_world;
+    }
+    CHECK(instances == 40 && in_world == 1);
 }
 
 /* Rays of one kind: 0 camera, 1 toward a point light, 2 all ways, 3 axis-parallel on round numbers, 4 mixed scales and
@@ -172,13 +190,13 @@ static void equal_to_the_scalar_one(void **state)
             make_rays(f.world, kind, &rng, ray);
             size_t count = round % 7 == 0 ? (size_t)(round % STREAM) : STREAM;  /* short streams too */
             double start = cpu_time_s();
-            kernel_scalar.intersect(f.world, ray, want, count, &scratch);
-            kernel_scalar.occluded(f.world, ray, blocked, count, &scratch);
+            kernel_scalar.intersect(f.world, ray, NULL, want, count, &scratch);
+            kernel_scalar.occluded(f.world, ray, NULL, blocked, count, &scratch);
             scalar_s += cpu_time_s() - start;
             for (uint32_t k = 0; k < n; k++) {
                 start = cpu_time_s();
-                list[k]->intersect(f.world, ray, got, count, &scratch);
-                list[k]->occluded(f.world, ray, as, count, &scratch);
+                list[k]->intersect(f.world, ray, NULL, got, count, &scratch);
+                list[k]->occluded(f.world, ray, NULL, as, count, &scratch);
                 s[k] += cpu_time_s() - start;
                 for (size_t i = 0; i < count; i++) {
                     same_hit(list[k], kind, round, (int)i, &want[i], &got[i]);

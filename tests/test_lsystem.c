@@ -221,6 +221,47 @@ static void limits_end_the_walk(void **state)
     grammar_destroy(g);
 }
 
+/* Without chance they are what the walk counts; with it what the least lucky seed does. */
+static void the_fewest_symbols(void **state)
+{
+    (void)state;
+    static const char *const certain[] = {"F\nF 1 F ( G F )\ntrunk F 1 1 1\nleaf G 1 1 1\nbranch ( ) 0 0 1\n",
+                                          "A\nA 1 B B B\nB 1 A L\nleaf L 1 1 1\n", "F\nF 1\ntrunk F 1 1 1\n",
+                                          "F\ntrunk F 1 1 1\n"};
+    LsystemCount fewest;
+    Err err = {ERR_NONE, ""};
+    for (size_t i = 0; i < sizeof certain / sizeof *certain; i++) {
+        Grammar *g = load(certain[i]);
+        for (uint32_t depth = 0; depth < 8; depth++) {
+            Drawn d = walk(g, depth, SEED);
+            assert_true(lsystem_fewest(g, depth, &fewest, &err));
+            assert_int_equal(fewest.drawn, d.trunks + d.leaves);
+            assert_true(lsystem_walk(g, depth, SEED, fewest.visited, draw, &d, &err));
+            assert_false(lsystem_walk(g, depth, SEED, fewest.visited - 1, draw, &d, &err));
+        }
+        grammar_destroy(g);
+    }
+    Grammar *g = load("F\nF 0.5 F F F\nF 0.5 T T\ntrunk F 1 1 1\nleaf T 1 1 1\n");
+    uint64_t least = UINT64_MAX;
+    for (uint64_t seed = 0; seed < 100; seed++) {
+        Drawn d = walk(g, 2, seed);
+        if (d.trunks + d.leaves < least) least = d.trunks + d.leaves;
+    }
+    assert_true(lsystem_fewest(g, 2, &fewest, &err));
+    assert_int_equal(fewest.drawn, least);
+    grammar_destroy(g);
+    g = load("F\nF 0.99 F F\ntrunk F 1 1 1\n");
+    assert_true(lsystem_fewest(g, 60, &fewest, &err));
+    assert_true(fewest.drawn == 0 && fewest.visited == 1);
+    grammar_destroy(g);
+    g = load("F\nF 1 F F\ntrunk F 1 1 1\n");
+    assert_true(lsystem_fewest(g, 60, &fewest, &err));
+    assert_true(fewest.drawn == (uint64_t)1 << 60);
+    assert_true(lsystem_fewest(g, UINT32_MAX, &fewest, &err));
+    assert_true(fewest.visited == UINT64_MAX);
+    grammar_destroy(g);
+}
+
 static void the_caller_may_stop(void **state)
 {
     (void)state;
@@ -285,6 +326,7 @@ int main(void)
         cmocka_unit_test(the_seed_decides),
         cmocka_unit_test(great_depths),
         cmocka_unit_test(limits_end_the_walk),
+        cmocka_unit_test(the_fewest_symbols),
         cmocka_unit_test(the_caller_may_stop),
         cmocka_unit_test(unpaired_brackets),
         cmocka_unit_test(every_allocation_may_fail),

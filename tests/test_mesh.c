@@ -145,7 +145,7 @@ static void dropping_keeps_indices_together(void **state)
     mesh_destroy(m);
     assert_null(mesh_load_obj(test_file("flat.obj", "v 0 0 0\nv 1 0 0\nf 1 2 1\n"), &err));
     assert_int_equal(err.kind, ERR_INPUT);
-    assert_string_equal(err.text, "build/test-tmp/flat.obj: no face has an area");
+    assert_string_equal(err.text, test_message("", "flat.obj", ": no face has an area"));
 }
 
 static void bounds_are_those_of_the_triangles(void **state)

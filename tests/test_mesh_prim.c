@@ -191,7 +191,7 @@ static void leaving_rays_are_free(void **state)
         Hit hit;
         if (!p->ops->intersect(p, &ray, &hit, scratch)) continue;
         Surface s;
-        p->ops->surface(p, &ray, &hit, &s);
+        p->ops->surface(p, &ray, &hit, true, &s);
         Vec3 n = vec3_normalize(s.n), d = random_vector(&rng);
         if (vec3_dot(d, n) < 0) d = vec3_neg(d);
         if (i % 2) d = vec3_sub(d, vec3_scale(n, vec3_dot(d, n) * (1 - 1e-9)));  /* grazing */
@@ -219,9 +219,48 @@ static void baked_equals_separate(void **state)
     assert_true(all->ops->intersect(all, &to_b, &hit, scratch));
     assert_int_equal(hit.leaf, 1);
     assert_false(all->ops->closed);
+
+    /* point and normal in the part's own space, and the map there */
+    Surface s, separate;
+    Prim *alone = mesh_prim_create(b, false, NULL, NULL);
+    Ray local = {affine_point(&baked[1].to_object, to_b.o), affine_vector(&baked[1].to_object, to_b.d), 0, INFINITY};
+    Hit own;
+    all->ops->surface(all, &to_b, &hit, true, &s);
+    assert_true(alone->ops->intersect(alone, &local, &own, scratch));
+    alone->ops->surface(alone, &local, &own, true, &separate);
+    Vec3 p, n;
+    const Affine *to_own = all->ops->own(all, &hit, &p, &n);
+    assert_memory_equal(to_own, &baked[1].to_object, sizeof *to_own);
+    assert_true(vec3_length(vec3_sub(p, separate.p)) < 1e-14);
+    assert_true(vec3_length(vec3_sub(p, affine_point(to_own, s.p))) < 1e-14);
+    assert_true(vec3_length(vec3_cross(n, separate.ns)) < 1e-14 * vec3_length(n) * vec3_length(separate.ns));
+    prim_destroy(alone);
     prim_destroy(all);
     mesh_destroy(a);
     mesh_destroy(b);
+}
+
+/* Many parts, some of a few triangles, some of many: each hit tells the one that it lies in. */
+static void baked_parts_are_found(void **state)
+{
+    Scratch *scratch = *state;
+    enum { PARTS = 300 };
+    Mesh *small = mesh_sphere(2, 3, vec3_make(0, 0, 0)), *large = mesh_sphere(12, 12, vec3_make(0, 0, 0));
+    BakedMesh baked[PARTS];
+    for (int i = 0; i < PARTS; i++) {
+        baked[i] = (BakedMesh){.mesh = i % 50 == 7 ? large : small, .to_world = affine_translate(4 * i, 0, 0)};
+        assert_true(affine_inverse(&baked[i].to_world, &baked[i].to_object));
+    }
+    Prim *all = mesh_prim_bake(baked, PARTS, NULL, NULL);
+    for (int i = 0; i < PARTS; i++) {
+        Ray ray = {{4 * i + 0.01, 5, 0.02}, {0, -1, 0}, 0, INFINITY};
+        Hit hit;
+        assert_true(all->ops->intersect(all, &ray, &hit, scratch));
+        assert_int_equal(hit.leaf, i);
+    }
+    prim_destroy(all);
+    mesh_destroy(small);
+    mesh_destroy(large);
 }
 
 /* At least an index and two floats for a triangle, at most some five hundred bytes; nothing for what is no mesh. */
@@ -242,7 +281,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(one_way_in_one_way_out), cmocka_unit_test(grid_box_is_tight),
         cmocka_unit_test(equals_brute_force),     cmocka_unit_test(leaving_rays_are_free),
-        cmocka_unit_test(baked_equals_separate),  cmocka_unit_test(tells_its_bytes),
+        cmocka_unit_test(baked_equals_separate),  cmocka_unit_test(baked_parts_are_found),
+        cmocka_unit_test(tells_its_bytes),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

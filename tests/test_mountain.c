@@ -8,6 +8,10 @@
 
 #include <cmocka.h>
 
+#include "accel/mesh_prim.h"
+#include "accel/triangle.h"
+#include "common/arena.h"
+#include "common/rng.h"
 #include "node/primitive/mesh.h"
 #include "support/alloc_fail.h"
 
@@ -19,9 +23,16 @@ static Mesh *make(double w, double h, double l, double roughness, uint32_t n, ui
     return mesh;
 }
 
+/* To the last bit, so that it lies on the edge. */
+static bool is_middle(double m, double a, double b)
+{
+    Dd sum = dd_sum(0.5 * a, 0.5 * b);
+    return m == sum.hi && sum.lo == 0;
+}
+
 static bool is_midpoint(Vec3 m, Vec3 a, Vec3 b)
 {
-    return m.x == 0.5 * a.x + 0.5 * b.x && m.y == 0.5 * a.y + 0.5 * b.y && m.z == 0.5 * a.z + 0.5 * b.z;
+    return is_middle(m.x, a.x, b.x) && is_middle(m.y, a.y, b.y) && is_middle(m.z, a.z, b.z);
 }
 
 static void the_pyramid(void **state)
@@ -66,7 +77,8 @@ static void the_order_of_the_faces(void **state)
     (void)state;
     enum { N = 3 };
     double peak;
-    Mesh *before = make(4, 3, 2, 0.2, 0, 11, &peak), *m = make(4, 3, 2, 0.2, N, 11, &peak);
+    const double w = 0.7, h = M_PI, l = 1 / 3.0;  /* of 53 bits, so that all midpoints could be rounded */
+    Mesh *before = make(w, h, l, 0.2, 0, 11, &peak), *m = make(w, h, l, 0.2, N, 11, &peak);
     uint32_t count = 4, points = 5;
     uint32_t(*face)[3] = malloc(4 * 216 * sizeof *face), (*next)[3] = malloc(4 * 216 * sizeof *next);
     assert_true(face && next);
@@ -79,8 +91,8 @@ static void the_order_of_the_faces(void **state)
             memcpy(next + 6 * i, six, sizeof six);
             const Vec3 *p = m->position;
             assert_true(is_midpoint(p[m1], p[v1], p[v2]));  /* holds for the final positions: none lies off its edge */
-            assert_true(p[m2].x == 0.5 * p[v2].x + 0.5 * p[v3].x && p[m2].z == 0.5 * p[v2].z + 0.5 * p[v3].z);
-            assert_true(p[m3].x == 0.5 * p[v3].x + 0.5 * p[v1].x && p[m3].z == 0.5 * p[v3].z + 0.5 * p[v1].z);
+            assert_true(is_middle(p[m2].x, p[v2].x, p[v3].x) && is_middle(p[m2].z, p[v2].z, p[v3].z));
+            assert_true(is_middle(p[m3].x, p[v3].x, p[v1].x) && is_middle(p[m3].z, p[v3].z, p[v1].z));
         }
         count *= 6;
         void *swap = face;
@@ -211,6 +223,84 @@ static void extremes_stay_finite(void **state)
     }
 }
 
+typedef struct { int down, up; bool ahead; } Crossings;  /* ahead: one of them after the line's origin */
+
+static Crossings crossings_of(const Mesh *m, const Ray *ray)
+{
+    Shear shear = shear_of(ray);
+    Crossings c = {0};
+    for (uint32_t i = 0; i < m->triangle_count; i++) {
+        const Vec3 *p[3];
+        TriangleCut cut;
+        for (int k = 0; k < 3; k++) p[k] = &m->position[m->triangle[i][k]];
+        if (!triangle_cut(&shear, p[0], p[1], p[2], &cut)) continue;
+        ++*(triangle_entered(&shear, &cut) ? &c.down : &c.up);
+        double err;
+        c.ahead = c.ahead || triangle_t(&shear, p[0], p[1], p[2], &err) > 0;
+    }
+    return c;
+}
+
+typedef struct { const Mesh *mesh; const Prim *prim; Scratch scratch; double w, l; uint32_t rays; } Watertight;
+
+/* With the base the faces close a body. A line that crosses the base inside goes down through the faces once more often
+ * than up, one that passes it as often; a vertical one meets a single face. One to the base's edge is no matter. */
+static void passes_faces_once(Watertight *w, Ray ray)
+{
+    double t = -ray.o.y / ray.d.y, x = ray.o.x + t * ray.d.x, z = ray.o.z + t * ray.d.z;
+    double near = fmax(fabs(x / w->w - 0.5), fabs(z / w->l + 0.5)) - 0.5;
+    if (fabs(near) < 0x1p-30) return;
+    Crossings c = crossings_of(w->mesh, &ray);
+    bool vertical = ray.d.x == 0 && ray.d.z == 0;
+    Hit hit;
+    bool hits = w->prim->ops->intersect(w->prim, &ray, &hit, &w->scratch);
+    if (c.down - c.up != (near < 0) || (vertical && c.up > 0) || hits != c.ahead)
+        fail_msg("o %a %a %a d %a %a %a: %d times down, %d up, %s", ray.o.x, ray.o.y, ray.o.z, ray.d.x, ray.d.y, ray.d.z,
+                 c.down, c.up, hits ? "hit" : "missed");
+    w->rays++;
+}
+
+/* Rays in the vertical plane of an edge, through ends, quarters and middle of it: nothing is rounded where the sizes have
+ * few bits, so they lie in it exactly, and in all faces that stand on that edge. */
+static void edges_of(Watertight *w, const Vec3 *a, const Vec3 *b, Rng *rng)
+{
+    double dx = b->x - a->x, dz = b->z - a->z;
+    for (int quarter = 0; quarter <= 4; quarter++) {
+        double part = 0.25 * quarter, x = a->x + part * dx, y = a->y + part * (b->y - a->y), z = a->z + part * dz;
+        passes_faces_once(w, (Ray){{x, 1e5, z}, {0, -1, 0}, 0, INFINITY});
+        double down = exp2(8 * rng_double(rng) - 2);
+        passes_faces_once(w, (Ray){{x - 64 * dx, y + 64 * down, z - 64 * dz}, {dx, -down, dz}, 0, INFINITY});
+        passes_faces_once(w, (Ray){{x - 0.5 * dx, y + 0.5 * down, z - 0.5 * dz}, {dx, -down, dz}, 0, INFINITY});
+    }
+}
+
+static void rays_in_the_planes_of_edges(void **state)
+{
+    (void)state;
+    static const double roughness[] = {0, 0.1, 0.3, 4};
+    static const double size[][3] = {{2, 1, 2}, {5, 3, 7}, {0.1, 0.7, 1 / 3.0}};
+    Rng rng = rng_seed(42, 6);
+    Watertight w = {.scratch = {.arena = arena_create()}};
+    assert_non_null(w.scratch.arena);
+    for (uint32_t i = 0; i < 4 * 3 * 3; i++) {
+        const double *s = size[i / 4 % 3];
+        double peak;
+        Mesh *m = make(s[0], s[1], s[2], roughness[i % 4], 1 + i / 12, 3 + i / 12, &peak);
+        Prim *prim = mesh_prim_create(m, false, NULL, NULL);
+        assert_non_null(prim);
+        w.mesh = m, w.prim = prim, w.w = s[0], w.l = s[2];
+        for (uint32_t k = 0; k < 100; k++) {
+            const uint32_t *face = m->triangle[rng_u32(&rng) % m->triangle_count];
+            uint32_t corner = rng_u32(&rng) % 3;
+            edges_of(&w, &m->position[face[corner]], &m->position[face[(corner + 1) % 3]], &rng);
+        }
+        prim_destroy(prim);
+        mesh_destroy(m);
+    }
+    assert_true(w.rays > 40000);
+    arena_destroy(w.scratch.arena);
+}
+
 static void too_many_subdivisions(void **state)
 {
     (void)state;
@@ -252,6 +342,7 @@ int main(void)
         cmocka_unit_test(the_seed_decides),
         cmocka_unit_test(a_smooth_mountain),
         cmocka_unit_test(extremes_stay_finite),
+        cmocka_unit_test(rays_in_the_planes_of_edges),
         cmocka_unit_test(too_many_subdivisions),
         cmocka_unit_test(every_allocation_may_fail),
     };

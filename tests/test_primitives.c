@@ -212,7 +212,7 @@ static bool law_hit(Case *c)
     if (normal) LAW(hit_of(c, &doubled, &other) && other.t == hit.t / 2, "doubling the direction doesn't halve t");
 
     Surface s;
-    ops->surface(c->prim, &c->ray, &hit, &s);
+    ops->surface(c->prim, &c->ray, &hit, true, &s);
     LAW(finite3(s.p) && finite3(s.p_err) && finite3(s.n) && finite3(s.ns), "a surface that isn't finite");
     LAW(isfinite(s.u) && isfinite(s.v) && s.u >= 0 && s.u <= 1 && s.v >= 0 && s.v <= 1, "texture coordinates");
     LAW(vec3_max(vec3_abs(s.n)) > 0, "no normal");
@@ -378,7 +378,7 @@ static void test_from_the_surface(void **state)
             c.ray = random_ray(&rng, c.prim->ops->bounds(c.prim), 1);
             if (!hit_of(&c, &c.ray, &hit)) continue;
             Surface s;
-            c.prim->ops->surface(c.prim, &c.ray, &hit, &s);
+            c.prim->ops->surface(c.prim, &c.ray, &hit, true, &s);
             double *axis[3] = {&s.p.x, &s.p.y, &s.p.z}, *p = axis[rng_u32(&rng) % 3];
             uint32_t where = rng_u32(&rng) % 3;
             if (where) *p = nextafter(*p, where == 1 ? INFINITY : -INFINITY);
@@ -539,7 +539,7 @@ static void test_texture_points(void **state)
         Scratch scratch = {0};
         Surface s;
         assert_true(prim->ops->intersect(prim, &ray, &hit, &scratch));
-        prim->ops->surface(prim, &ray, &hit, &s);
+        prim->ops->surface(prim, &ray, &hit, true, &s);
         if (!(fabs(s.u - p->u) < 1e-14 && fabs(s.v - p->v) < 1e-14))
             print_error("%s, point %zu: (%g, %g), not (%g, %g)\n", prim->ops->name, i, s.u, s.v, p->u, p->v);
         assert_true(fabs(s.u - p->u) < 1e-14 && fabs(s.v - p->v) < 1e-14);

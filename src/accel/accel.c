@@ -43,12 +43,12 @@ const Kernel *kernel_best(const char *widest)
 
 const char *kernel_name(const Kernel *kernel) { return kernel->name; }
 
-void world_intersect(const World *world, const Ray *rays, Hit *hits, size_t n, Scratch *scratch)
+void world_intersect(const World *world, const Ray *rays, const LeftFace *left, Hit *hits, size_t n, Scratch *scratch)
 {
-    world->kernel->intersect(world, rays, hits, n, scratch);
+    world->kernel->intersect(world, rays, left, hits, n, scratch);
 }
 
-void world_occluded(const World *world, const Ray *rays, bool *blocked, size_t n, Scratch *scratch)
+void world_occluded(const World *world, const Ray *rays, const LeftFace *left, bool *blocked, size_t n, Scratch *scratch)
 {
-    world->kernel->occluded(world, rays, blocked, n, scratch);
+    world->kernel->occluded(world, rays, left, blocked, n, scratch);
 }

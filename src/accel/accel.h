@@ -17,11 +17,15 @@ struct Kernel;
 const struct Kernel *kernel_best(const char *widest);
 const char *kernel_name(const struct Kernel *kernel);
 
+/* In both, left[i] is the face that rays[i] leaves; left may be NULL. It changes time only. */
+
 /* hits[i] gets the nearest hit of rays[i]; hits[i].object is HIT_NONE where there is none. Of several hits with the same
  * t the one of the least object, then the least part, wins. */
-void world_intersect(const struct World *world, const Ray *rays, Hit *hits, size_t n, Scratch *scratch);
+void world_intersect(const struct World *world, const Ray *rays, const LeftFace *left, Hit *hits, size_t n,
+                     Scratch *scratch);
 
 /* blocked[i] tells whether anything lies on rays[i] with tmin < t <= tmax. */
-void world_occluded(const struct World *world, const Ray *rays, bool *blocked, size_t n, Scratch *scratch);
+void world_occluded(const struct World *world, const Ray *rays, const LeftFace *left, bool *blocked, size_t n,
+                    Scratch *scratch);
 
 #endif

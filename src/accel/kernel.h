@@ -11,8 +11,8 @@
 
 typedef struct Kernel {
     const char *name;
-    void (*intersect)(const World *world, const Ray *rays, Hit *hits, size_t n, Scratch *scratch);
-    void (*occluded)(const World *world, const Ray *rays, bool *blocked, size_t n, Scratch *scratch);
+    void (*intersect)(const World *world, const Ray *rays, const LeftFace *left, Hit *hits, size_t n, Scratch *scratch);
+    void (*occluded)(const World *world, const Ray *rays, const LeftFace *left, bool *blocked, size_t n, Scratch *scratch);
 } Kernel;
 
 extern const Kernel kernel_scalar;  /* one ray at a time */

@@ -130,8 +130,9 @@ typedef __m256d Doubles;
 enum { DOUBLES = 4 };
 
 static inline Doubles doubles_set(double x) { return _mm256_set1_pd(x); }
-static inline Doubles doubles_min(Doubles a, Doubles b) { return _mm256_min_pd(a, b); }
 static inline Doubles doubles_max(Doubles a, Doubles b) { return _mm256_max_pd(a, b); }
+static inline Doubles doubles_min(Doubles a, Doubles b) { return _mm256_min_pd(a, b); }
+static inline Doubles doubles_sqrt(Doubles a) { return _mm256_sqrt_pd(a); }
 static inline Doubles doubles_abs(Doubles a) { return _mm256_andnot_pd(_mm256_set1_pd(-0.0), a); }
 static inline uint32_t doubles_lt(Doubles a, Doubles b)
 {
@@ -143,6 +144,13 @@ static inline void doubles_to_floats(float *to, Doubles a) { _mm_storeu_ps(to, _
 typedef __m256d DoublesMask;
 
 static inline DoublesMask doubles_le(Doubles a, Doubles b) { return _mm256_cmp_pd(a, b, _CMP_LE_OQ); }
+static inline DoublesMask doubles_mask_of(uint32_t bits)
+{
+    const __m256i bit = _mm256_setr_epi64x(1, 2, 4, 8);
+    return _mm256_castsi256_pd(_mm256_cmpeq_epi64(_mm256_and_si256(_mm256_set1_epi64x(bits), bit), bit));
+}
+
+static inline uint32_t doubles_mask_bits(DoublesMask m) { return (uint32_t)_mm256_movemask_pd(m); }
 static inline DoublesMask doubles_mask_and(DoublesMask a, DoublesMask b) { return _mm256_and_pd(a, b); }
 static inline DoublesMask doubles_mask_without(DoublesMask a, DoublesMask b) { return _mm256_andnot_pd(b, a); }
 static inline Doubles doubles_pick(DoublesMask m, Doubles a, Doubles b) { return _mm256_blendv_pd(b, a, m); }

@@ -99,8 +99,9 @@ typedef __m512d Doubles;
 enum { DOUBLES = 8 };
 
 static inline Doubles doubles_set(double x) { return _mm512_set1_pd(x); }
-static inline Doubles doubles_min(Doubles a, Doubles b) { return _mm512_min_pd(a, b); }
 static inline Doubles doubles_max(Doubles a, Doubles b) { return _mm512_max_pd(a, b); }
+static inline Doubles doubles_min(Doubles a, Doubles b) { return _mm512_min_pd(a, b); }
+static inline Doubles doubles_sqrt(Doubles a) { return _mm512_sqrt_pd(a); }
 static inline Doubles doubles_abs(Doubles a) { return _mm512_abs_pd(a); }
 static inline uint32_t doubles_lt(Doubles a, Doubles b) { return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ); }
 static inline Doubles doubles_of_floats(const float *p) { return _mm512_cvtps_pd(_mm256_loadu_ps(p)); }
@@ -109,6 +110,8 @@ static inline void doubles_to_floats(float *to, Doubles a) { _mm256_storeu_ps(to
 typedef __mmask8 DoublesMask;
 
 static inline DoublesMask doubles_le(Doubles a, Doubles b) { return _mm512_cmp_pd_mask(a, b, _CMP_LE_OQ); }
+static inline DoublesMask doubles_mask_of(uint32_t bits) { return (DoublesMask)bits; }
+static inline uint32_t doubles_mask_bits(DoublesMask m) { return m; }
 static inline DoublesMask doubles_mask_and(DoublesMask a, DoublesMask b) { return (DoublesMask)(a & b); }
 static inline DoublesMask doubles_mask_without(DoublesMask a, DoublesMask b) { return (DoublesMask)(a & ~b); }
 static inline Doubles doubles_pick(DoublesMask m, Doubles a, Doubles b) { return _mm512_mask_blend_pd(m, b, a); }

@@ -35,8 +35,10 @@ static bool nearest_leaf(void *context, uint32_t index)
     return true;
 }
 
-static void intersect(const World *world, const Ray *rays, Hit *hits, size_t n, Scratch *scratch)
+/* What a ray has left it can't meet: it is tested here all the same. */
+static void intersect(const World *world, const Ray *rays, const LeftFace *left, Hit *hits, size_t n, Scratch *scratch)
 {
+    (void)left;
     for (size_t i = 0; i < n; i++) {
         Walk w = {.world = world, .ray = &rays[i], .scratch = scratch};
         w.hit = (Hit){.t = rays[i].tmax, .object = HIT_NONE};
@@ -60,8 +62,9 @@ static bool blocking_leaf(void *context, uint32_t index)
     return !w->blocked;
 }
 
-static void occluded(const World *world, const Ray *rays, bool *blocked, size_t n, Scratch *scratch)
+static void occluded(const World *world, const Ray *rays, const LeftFace *left, bool *blocked, size_t n, Scratch *scratch)
 {
+    (void)left;
     for (size_t i = 0; i < n; i++) {
         Walk w = {.world = world, .ray = &rays[i], .scratch = scratch};
         slab_ray_init(&w.slab, &rays[i]);

@@ -116,8 +116,9 @@ typedef __m128d Doubles;
 enum { DOUBLES = 2 };
 
 static inline Doubles doubles_set(double x) { return _mm_set1_pd(x); }
-static inline Doubles doubles_min(Doubles a, Doubles b) { return _mm_min_pd(a, b); }
 static inline Doubles doubles_max(Doubles a, Doubles b) { return _mm_max_pd(a, b); }
+static inline Doubles doubles_min(Doubles a, Doubles b) { return _mm_min_pd(a, b); }
+static inline Doubles doubles_sqrt(Doubles a) { return _mm_sqrt_pd(a); }
 static inline Doubles doubles_abs(Doubles a) { return _mm_andnot_pd(_mm_set1_pd(-0.0), a); }
 static inline uint32_t doubles_lt(Doubles a, Doubles b) { return (uint32_t)_mm_movemask_pd(_mm_cmplt_pd(a, b)); }
 static inline Doubles doubles_of_floats(const float *p)
@@ -130,6 +131,13 @@ static inline void doubles_to_floats(float *to, Doubles a) { _mm_storel_pi((__m6
 typedef __m128d DoublesMask;
 
 static inline DoublesMask doubles_le(Doubles a, Doubles b) { return _mm_cmple_pd(a, b); }
+static inline DoublesMask doubles_mask_of(uint32_t bits)
+{
+    int low = -(int)(bits & 1), high = -(int)(bits >> 1 & 1);
+    return _mm_castsi128_pd(_mm_set_epi32(high, high, low, low));
+}
+
+static inline uint32_t doubles_mask_bits(DoublesMask m) { return (uint32_t)_mm_movemask_pd(m); }
 static inline DoublesMask doubles_mask_and(DoublesMask a, DoublesMask b) { return _mm_and_pd(a, b); }
 static inline DoublesMask doubles_mask_without(DoublesMask a, DoublesMask b) { return _mm_andnot_pd(b, a); }
 static inline Doubles doubles_pick(DoublesMask m, Doubles a, Doubles b)

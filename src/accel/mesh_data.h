@@ -36,6 +36,8 @@ typedef struct {
     uint32_t count;                     /* triangles in use, the first ones */
 } MeshBlock;
 
+enum { PART_CHUNK = 64 };
+
 typedef struct { const Mesh *mesh; uint32_t first; Affine to_object; } MeshPart;  /* first: of its triangles in the set */
 
 typedef struct {
@@ -50,9 +52,11 @@ typedef struct {
     float reach;             /* of the bounds, rounded up */
     MeshPart *source;          /* in the order of their first triangle; one with the identity unless baked */
     uint32_t source_count;
+    uint32_t *part_first;      /* baked: the first triangle of each part, and UINT32_MAX */
+    uint32_t *part_of_chunk;   /* baked: the part of the first triangle of every PART_CHUNK */
     bool baked;
-    Vec3 *own_position;      /* baked: what position and triangle point at */
-    uint32_t (*own_triangle)[3];
+    Vec3 *own_position;      /* baked: what position points at */
+    uint32_t (*own_triangle)[3];   /* baked of several: what triangle points at */
 } MeshPrim;
 
 /* What the filter needs of a ray. The direction is the slabs' one, about 1 long, and so are the units of t. */
@@ -199,15 +203,10 @@ static inline __attribute__((always_inline)) bool any_in_block(MeshRay *r, uint3
 /* The part that a triangle belongs to: the last one that doesn't begin after it. */
 static inline uint32_t part_of(const MeshPrim *mesh, uint32_t triangle)
 {
-    uint32_t low = 0, high = mesh->source_count;
-    while (high - low > 1) {
-        uint32_t mid = low + (high - low) / 2;
-        if (mesh->source[mid].first <= triangle)
-            low = mid;
-        else
-            high = mid;
-    }
-    return low;
+    if (mesh->source_count == 1) return 0;
+    uint32_t part = mesh->part_of_chunk[triangle / PART_CHUNK];
+    while (mesh->part_first[part + 1] <= triangle) part++;
+    return part;
 }
 
 /* The data of a primitive that is a mesh; NULL for any other. */

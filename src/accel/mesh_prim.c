@@ -232,7 +232,7 @@ static bool interpolated_normal(const Mesh *mesh, uint32_t triangle, const doubl
     return vec3_max(vec3_abs(sum)) > 0;
 }
 
-static void mesh_surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *s)
+static void mesh_surface(const Prim *prim, const Ray *ray, const Hit *hit, bool uv, Surface *s)
 {
     (void)ray;
     const MeshPrim *mesh = (const MeshPrim *)prim;
@@ -250,13 +250,29 @@ static void mesh_surface(const Prim *prim, const Ray *ray, const Hit *hit, Surfa
     double sums = vec3_dot(sizes, vec3_add(vec3_abs(to_b), vec3_abs(to_c))) / flat;
     double off = GAMMA(5) * edge + GAMMA(18) * smaller(sums, edge);
     s->p_err = vec3_at(vec3_make(off, off, off), GAMMA(3), vec3_abs(s->p));
+    s->plane = true;
     const MeshPart *source = &mesh->source[hit->leaf];
     uint32_t triangle = hit->part - source->first;
-    texture_uv(source->mesh, triangle, w, &s->u, &s->v);
+    s->u = s->v = 0;
+    if (uv) texture_uv(source->mesh, triangle, w, &s->u, &s->v);
     if (!interpolated_normal(source->mesh, triangle, w, &s->ns))
         s->ns = s->n;
     else if (mesh->baked)
         s->ns = affine_normal(&source->to_object, s->ns);
+}
+
+static const Affine *mesh_own(const Prim *prim, const Hit *hit, Vec3 *p, Vec3 *n)
+{
+    const MeshPrim *mesh = (const MeshPrim *)prim;
+    const MeshPart *source = &mesh->source[hit->leaf];
+    uint32_t triangle = hit->part - source->first;
+    const uint32_t *k = source->mesh->triangle[triangle];
+    const Vec3 *a = &source->mesh->position[k[0]], *b = &source->mesh->position[k[1]], *c = &source->mesh->position[k[2]];
+    const double w[3] = {1 - hit->u - hit->v, hit->u, hit->v};
+    if (p) *p = vec3_add(*a, vec3_add(vec3_scale(vec3_sub(*b, *a), w[1]), vec3_scale(vec3_sub(*c, *a), w[2])));
+    Vec3 size;
+    if (n && !interpolated_normal(source->mesh, triangle, w, n)) *n = triangle_normal(a, b, c, &size);
+    return &source->to_object;
 }
 
 static void mesh_prim_destroy(Prim *prim)
@@ -265,6 +281,8 @@ static void mesh_prim_destroy(Prim *prim)
     bvh_free(&mesh->bvh);
     free(mesh->block);
     free(mesh->source);
+    free(mesh->part_first);
+    free(mesh->part_of_chunk);
     free(mesh->own_position);
     free(mesh->own_triangle);
     free(mesh);
@@ -272,7 +290,7 @@ static void mesh_prim_destroy(Prim *prim)
 
 #define MESH_OPS                                                                                                     \
     .name = "mesh", .bounds = mesh_prim_bounds, .bounds_in = mesh_prim_bounds_in, .intersect = mesh_intersect,       \
-    .occluded = mesh_occluded, .surface = mesh_surface, .destroy = mesh_prim_destroy
+    .occluded = mesh_occluded, .surface = mesh_surface, .own = mesh_own, .destroy = mesh_prim_destroy
 
 static const PrimOps open_ops = {MESH_OPS};
 static const PrimOps closed_ops = {MESH_OPS, .closed = true, .segments = mesh_segments};
@@ -462,6 +480,40 @@ Prim *mesh_prim_create(const Mesh *mesh, bool closed, const MeshSettings *settin
     return &p->prim;
 }
 
+/* Finds parts by their triangles. */
+static bool index_parts(MeshPrim *p)
+{
+    p->part_first = malloc((p->source_count + (size_t)1) * sizeof *p->part_first);
+    p->part_of_chunk = malloc((p->triangle_count / PART_CHUNK + (size_t)1) * sizeof *p->part_of_chunk);
+    if (!p->part_first || !p->part_of_chunk) return false;
+    for (uint32_t i = 0; i < p->source_count; i++) p->part_first[i] = p->source[i].first;
+    p->part_first[p->source_count] = UINT32_MAX;
+    uint32_t part = 0;
+    for (uint32_t i = 0; i <= p->triangle_count / PART_CHUNK; i++) {
+        while (p->part_first[part + 1] <= i * PART_CHUNK) part++;
+        p->part_of_chunk[i] = part;
+    }
+    return true;
+}
+
+/* The triangles of all parts by the positions of all. One mesh's own do for it alone. */
+static bool join_triangles(MeshPrim *p, const BakedMesh *baked)
+{
+    p->triangle = (const uint32_t (*)[3])baked[0].mesh->triangle;
+    if (p->source_count == 1) return true;
+    p->own_triangle = malloc((p->triangle_count + (size_t)1) * sizeof *p->own_triangle);
+    if (!p->own_triangle) return false;
+    p->triangle = (const uint32_t (*)[3])p->own_triangle;
+    uint32_t positions = 0, triangles = 0;
+    for (uint32_t i = 0; i < p->source_count; i++) {
+        const Mesh *mesh = baked[i].mesh;
+        for (uint32_t j = 0; j < mesh->triangle_count; j++, triangles++)
+            for (int k = 0; k < 3; k++) p->own_triangle[triangles][k] = positions + mesh->triangle[j][k];
+        positions += mesh->position_count;
+    }
+    return true;
+}
+
 Prim *mesh_prim_bake(const BakedMesh *baked, uint32_t count, const MeshSettings *settings, Err *err)
 {
     size_t positions = 0, triangles = 0;
@@ -473,25 +525,21 @@ Prim *mesh_prim_bake(const BakedMesh *baked, uint32_t count, const MeshSettings 
     if (!p) goto fail;
     p->prim.ops = &open_ops;
     p->baked = true;
-    p->source = calloc(count + (size_t)1, sizeof *p->source);
+    p->source = calloc(count, sizeof *p->source);
     p->own_position = malloc((positions + 1) * sizeof *p->own_position);
-    p->own_triangle = malloc((triangles + 1) * sizeof *p->own_triangle);
-    if (!p->source || !p->own_position || !p->own_triangle || positions > UINT32_MAX || triangles > UINT32_MAX) goto fail;
+    if (!p->source || !p->own_position || positions > UINT32_MAX || triangles > UINT32_MAX) goto fail;
     p->position = p->own_position;
-    p->triangle = (const uint32_t (*)[3])p->own_triangle;
     p->source_count = count;
     uint32_t position_count = 0;
     for (uint32_t i = 0; i < count; i++) {
         const Mesh *mesh = baked[i].mesh;
         p->source[i] = (MeshPart){mesh, p->triangle_count, baked[i].to_object};
-        for (uint32_t j = 0; j < mesh->triangle_count; j++)
-            for (int k = 0; k < 3; k++)
-                p->own_triangle[p->triangle_count + j][k] = position_count + mesh->triangle[j][k];
         for (uint32_t j = 0; j < mesh->position_count; j++)
             p->own_position[position_count + j] = affine_point(&baked[i].to_world, mesh->position[j]);
         p->triangle_count += mesh->triangle_count;
         position_count += mesh->position_count;
     }
+    if (!join_triangles(p, baked) || !index_parts(p)) goto fail;
     if (!build(p, settings, err)) {
         mesh_prim_destroy(&p->prim);
         return NULL;

@@ -16,8 +16,8 @@ typedef struct {
  * `settings` NULL: one thread, no cuts. NULL and *err (ERR_LIMIT) without memory. */
 Prim *mesh_prim_create(const Mesh *mesh, bool closed, const MeshSettings *settings, Err *err);
 
-/* Several meshes, each with its matrix, baked into one set in the space that the matrices lead to. Hit.leaf is the
- * index of the mesh among them. Borrows the meshes' normals and texture coordinates. */
+/* Meshes, each with its matrix, `count` > 0 of them, baked into one set in the space that the matrices lead to. Hit.leaf is
+ * the index of the mesh among them. Borrows the meshes. */
 typedef struct {
     const Mesh *mesh;
     Affine to_world, to_object;

@@ -80,22 +80,35 @@ typedef struct {
     float first_o[3], last_o[3], r_low[3], r_high[3], slack_t[3];
 } Space;
 
+/* A sure hit that may be the nearest of its ray. */
+typedef struct { uint32_t lane, object, triangle; } Waiting;
+
+enum { WAITING = 4 * GROUP };
+
 /* Rays as they were given, in double; room for a vector at the end. */
-typedef struct { _Alignas(64) double o[3][GROUP + DOUBLES], d[3][GROUP + DOUBLES], per_scale[GROUP + DOUBLES]; } Columns;
+typedef struct {
+    _Alignas(64) double o[3][GROUP + DOUBLES], d[3][GROUP + DOUBLES];  /* d about 1 long */
+    double per_scale[GROUP + DOUBLES], tmax[GROUP + DOUBLES];          /* tmax in the units of d */
+} Columns;
 
 /* A group of rays on their way through the world. t is in units of 1 / scale of its ray. */
 typedef struct {
     const World *world;
     Scratch *scratch;
     const Ray *ray;
+    const LeftFace *left;                /* NULL: none */
     uint32_t count;
     uint64_t alive;                      /* of occlusion rays: not blocked yet */
     uint64_t exact;                      /* the nearest hit so far is known in double: hit[] */
     _Alignas(64) uint32_t object[GROUP]; /* of the nearest hit so far */
     uint32_t triangle[GROUP];
     Hit *hit;                            /* the caller's, of the nearest hits that are known in double */
-    Columns given;                       /* d about 1 long */
+    Columns given;
+    bool from_end;                       /* the spaces' rays run the other way, from the end of those given; those that
+                                            begin at 0 span the same t either way */
     float world_reach;
+    uint32_t waiting_count;
+    Waiting waiting[WAITING];
     Space space;
 } Walk;
 
@@ -165,29 +178,31 @@ static inline __attribute__((always_inline)) bool walk_load(Walk *w, const Ray *
         Doubles most = doubles_max(doubles_abs(f[3]), doubles_max(doubles_abs(f[4]), doubles_abs(f[5])));
         odd |= ~(doubles_lt(most, doubles_set(DIRECTION_GREATEST)) & doubles_lt(doubles_set(DIRECTION_LEAST), most));
         Doubles per_scale = doubles_power(most, &scale);
-        if (from_end) {
-            odd |= ~doubles_lt(f[7], doubles_set((double)INFINITY));
-            far = doubles_max(far, doubles_max(doubles_abs(f[0]), doubles_max(doubles_abs(f[1]), doubles_abs(f[2]))));
-            for (int a = 0; a < 3; a++) {
-                f[a] = f[a] + f[7] * f[3 + a];
-                f[3 + a] = -f[3 + a];
-                low[a] = doubles_min(low[a], f[a]);
-                high[a] = doubles_max(high[a], f[a]);
-            }
-            f[7] = f[7] - doubles_max(f[6], doubles_set(0));
-            f[6] = doubles_set(0);
-        }
         far = doubles_max(far, doubles_max(doubles_abs(f[0]), doubles_max(doubles_abs(f[1]), doubles_abs(f[2]))));
+        Doubles tmin = f[6] * per_scale, tmax = f[7] * per_scale;
+        *(Doubles *)(w->given.tmax + i) = tmax;
         for (int a = 0; a < 3; a++) {
             Doubles d = f[3 + a] * scale;
             *(Doubles *)(w->given.o[a] + i) = f[a];
             *(Doubles *)(w->given.d[a] + i) = d;
+            if (from_end) {
+                f[a] = f[a] + tmax * d;
+                d = -d;
+                low[a] = doubles_min(low[a], f[a]);
+                high[a] = doubles_max(high[a], f[a]);
+            }
             doubles_to_floats(s->o[a] + i, f[a]);
             doubles_to_floats(s->d[a] + i, d);
         }
+        if (from_end) {
+            odd |= ~doubles_lt(f[7], doubles_set((double)INFINITY));
+            far = doubles_max(far, doubles_max(doubles_abs(f[0]), doubles_max(doubles_abs(f[1]), doubles_abs(f[2]))));
+            tmax = tmax - doubles_max(tmin, doubles_set(0));
+            tmin = doubles_set(0);
+        }
         *(Doubles *)(w->given.per_scale + i) = per_scale;
-        doubles_to_floats(s->tmin + i, f[6] * per_scale);
-        doubles_to_floats(s->tmax + i, f[7] * per_scale);
+        doubles_to_floats(s->tmin + i, tmin);
+        doubles_to_floats(s->tmax + i, tmax);
     }
     if (odd & ((1u << DOUBLES) - 1)) return false;
     double most = 0;
@@ -220,8 +235,9 @@ static bool walk_init(Walk *w, const World *world, const Ray *ray, uint32_t n, b
     w->count = n;
     w->alive = group_all(n);
     w->exact = 0;
-    bool common = any && walk_load(w, ray, n, true, true);
-    if (!common && !walk_load(w, ray, n, any, false)) return false;
+    w->waiting_count = 0;
+    w->from_end = any && walk_load(w, ray, n, true, true);
+    if (!w->from_end && !walk_load(w, ray, n, any, false)) return false;
     float boxes = 0;
     for (int a = 0; a < 3; a++) {
         float lo = fabsf(world->bvh.bounds.lo[a]), hi = fabsf(world->bvh.bounds.hi[a]), most = lo > hi ? lo : hi;
@@ -250,45 +266,12 @@ static bool walk_init(Walk *w, const World *world, const Ray *ray, uint32_t n, b
     return true;
 }
 
-/* Directions below this share of the map's size count as this: over the way through the world it moves a point by less
- * than a double's rounding. */
-#define OBJECT_PARALLEL 0x1p-60f
-
-/* What the double-precision map of a ray may be off, relative to the terms of its sums: the entry of the map, the product,
- * three sums, the shift, four for an end that is the origin, and some to spare, 2^-53 each. */
-#define MAP_ROUNDOFF 0x1p-49f
-
 /* Vectors of several rays. */
 typedef struct { Doubles x, y, z; } Vecs;
 
 static inline __attribute__((always_inline)) Vecs vecs_column(double (*p)[GROUP + DOUBLES], uint32_t k)
 {
     return (Vecs){*(Doubles *)(p[0] + k), *(Doubles *)(p[1] + k), *(Doubles *)(p[2] + k)};
-}
-
-/* affine_vector and, with `shift`, affine_point. */
-static inline __attribute__((always_inline)) Vecs vecs_map(const Affine *map, const Vecs *v, bool shift)
-{
-    Doubles r[3];
-    for (int a = 0; a < 3; a++) {
-        const double *m = map->m[a];
-        r[a] = doubles_set(m[0]) * v->x + doubles_set(m[1]) * v->y + doubles_set(m[2]) * v->z;
-        if (shift) r[a] = r[a] + doubles_set(m[3]);
-    }
-    return (Vecs){r[0], r[1], r[2]};
-}
-
-typedef struct { float lo[3], hi[3], reach; } ObjectBox;
-
-static ObjectBox object_box(const Object *object)
-{
-    Box b = object->prim->ops->bounds(object->prim);
-    ObjectBox f = {.reach = slab_up((float)box_reach(b))};
-    for (int a = 0; a < 3; a++) {
-        f.lo[a] = slab_down((float)vec3_get(b.lo, a));
-        f.hi[a] = slab_up((float)vec3_get(b.hi, a));
-    }
-    return f;
 }
 
 /* The scale of a map that does nothing but multiply by a power of two that keeps floats in reach; 0 for any other. */
@@ -341,65 +324,86 @@ static void scaled_space(const Walk *w, float scale, Space *s)
     s->d_err = scale * from->d_err;
 }
 
-/* The rays in an object's own space, mapped in double, t unchanged, and which of them meet its box there: that fits a
- * turned object better than the one in the tree. Their origins are moved to where they meet it, so that what follows,
- * in float, is as fine as the object is small, and not as the world is large. */
-static uint64_t object_space(Walk *w, const Object *object, uint64_t rays, Space *s)
+/* What the double-precision map of a ray may be off, relative to the terms of its sums: the entry of the map, the product,
+ * three sums and the shift; three times that, on twice the way, for a ray from its end; and some to spare, 2^-53 each. */
+#define MAP_ROUNDOFF 0x1p-48f
+
+/* The same of the map in float, in units of FLOAT_ROUNDOFF: the entry, the coordinate, the product, three sums, one to
+ * spare. */
+#define FLOAT_MAP_ROUNDOFFS 7
+
+/* The greatest coordinate of the terms that make up the image of an origin. */
+static inline float view_far(const ObjectView *v, const Space *from) { return v->size * from->reach + v->offset; }
+
+/* Maps into objects so small beside the world are too much for floats. */
+#define VIEW_GREATEST 0x1p60f
+
+static inline bool view_is_in_reach(const ObjectView *v) { return v->size < VIEW_GREATEST && v->offset < VIEW_GREATEST; }
+
+/* Which rays meet an object's own box, which fits a turned object better than the one in the tree, and where. They are
+ * mapped in float: at a t up to `way`, beyond which no object is, a place is off by roundings of the origin's image and by
+ * t times those of the direction's, whose components are below 2; boxes are widened by that. */
+static inline __attribute__((always_inline)) uint64_t object_meets(const Walk *w, const ObjectView *v, uint64_t rays,
+                                                                   float *shift)
+{
+    const Space *from = &w->space;
+    float far = view_far(v, from), way = from->reach + w->world_reach;
+    float map_err = FLOAT_MAP_ROUNDOFFS * FLOAT_ROUNDOFF * (far + 2 * way * v->size) + v->size * from->o_err;
+    Lanes slack = lanes_set((PLANE_SLACK * (far + v->reach) + map_err) * MARGIN_SLACK);
+    uint64_t met = 0;
+    for (uint32_t at = 0; at < w->count; at += LANES) {
+        if (!(rays >> at & LANE_BITS)) continue;
+        Lanes enter = at_lane(from->tmin, at), leave = at_lane(from->tmax, at);
+        for (int a = 0; a < 3; a++) {
+            Lanes o = lanes_set(v->m[a][3]), d = lanes_set(v->m[a][0]) * at_lane(from->d[0], at);
+            for (int j = 0; j < 3; j++) o = lanes_fma(lanes_set(v->m[a][j]), at_lane(from->o[j], at), o);
+            for (int j = 1; j < 3; j++) d = lanes_fma(lanes_set(v->m[a][j]), at_lane(from->d[j], at), d);
+            Lanes r = lanes_flip(lanes_set(1) / lanes_max(lanes_abs(d), lanes_set(v->least_d[a])), lanes_sign(d));
+            Lanes c = o * r, off = lanes_abs(r) * slack, x = lanes_set(v->lo[a]) * r, y = lanes_set(v->hi[a]) * r;
+            enter = lanes_max(enter, lanes_min(x, y) - (c + off));
+            leave = lanes_min(leave, lanes_max(x, y) - (c - off));
+        }
+        Mask in = lanes_le(enter, leave);
+        *(Lanes *)(shift + at) = lanes_pick(in, enter, lanes_set(0));
+        met |= (uint64_t)mask_bits(in) << at;
+    }
+    return met & rays;
+}
+
+/* Rays in an object's own space, mapped in double, t unchanged. Their origins are moved to where they meet its box, the
+ * shift, so that what follows, in float, is as fine as the object is small, and not as the world is large. */
+static void object_space(const Walk *w, const Object *object, const ObjectView *v, uint64_t rays, Space *s)
 {
     const Space *from = &w->space;
     const double (*m)[4] = object->to_object.m;
-    float power = power_map(object);
-    if (power > 0) {
-        scaled_space(w, power, s);
-        return rays;
-    }
-    s->packet = false;
-    ObjectBox box = object_box(object);
-    float least_d[3], far = 0, most = 0, way = from->reach + w->world_reach;
-    for (int a = 0; a < 3; a++) {
-        float size = (float)(fabs(m[a][0]) + fabs(m[a][1]) + fabs(m[a][2]));
-        far = fmaxf(far, size * from->reach + (float)fabs(m[a][3]));
-        most = fmaxf(most, size);
-        least_d[a] = fmaxf(OBJECT_PARALLEL * size, 0x1p-100f);
-    }
-    float d_most = 2 * slab_up(most), map_err = MAP_ROUNDOFF * (far + 2 * way * d_most);
-    s->slack = PLANE_SLACK * (far + box.reach) + map_err;
-    uint64_t met = 0;
+    float way = from->reach + w->world_reach;
+    float d_most = 2 * slab_up(v->size), map_err = MAP_ROUNDOFF * (view_far(v, from) + 2 * way * d_most);
     Lanes reach = lanes_set(0), sum_d = lanes_set(0);
+    s->packet = false;
     for (uint32_t at = 0; at < w->count; at += LANES) {
-        if (!(rays >> at & LANE_BITS)) continue;
-        _Alignas(64) double o[3][LANES], d[3][LANES];
+        uint32_t bits = (uint32_t)(rays >> at) & LANE_BITS;
+        if (!bits) continue;
         for (uint32_t k = 0; k < LANES; k += DOUBLES) {
-            Vecs from_o = vecs_column(w->given.o, at + k), from_d = vecs_column(w->given.d, at + k);
-            Vecs to_o = vecs_map(&object->to_object, &from_o, true), to_d = vecs_map(&object->to_object, &from_d, false);
+            if (!(bits >> k & ((1u << DOUBLES) - 1))) continue;
+            Doubles shift = doubles_of_floats(s->shift + at + k);
             for (int a = 0; a < 3; a++) {
-                *(Doubles *)(o[a] + k) = a == 0 ? to_o.x : a == 1 ? to_o.y : to_o.z;
-                *(Doubles *)(d[a] + k) = a == 0 ? to_d.x : a == 1 ? to_d.y : to_d.z;
-                doubles_to_floats(s->o[a] + at + k, *(Doubles *)(o[a] + k));
-                doubles_to_floats(s->d[a] + at + k, *(Doubles *)(d[a] + k));
+                Doubles o = doubles_set(m[a][3]), d = doubles_set(m[a][0]) * *(const Doubles *)(w->given.d[0] + at + k);
+                for (int j = 0; j < 3; j++) o = o + doubles_set(m[a][j]) * *(const Doubles *)(w->given.o[j] + at + k);
+                for (int j = 1; j < 3; j++) d = d + doubles_set(m[a][j]) * *(const Doubles *)(w->given.d[j] + at + k);
+                if (w->from_end) {
+                    o = o + *(const Doubles *)(w->given.tmax + at + k) * d;
+                    d = -d;
+                }
+                doubles_to_floats(s->o[a] + at + k, o + shift * d);
+                doubles_to_floats(s->d[a] + at + k, d);
             }
         }
-        sum_d = lanes_max(sum_d, space_sum(s, at));
-        Lanes enter = at_lane(from->tmin, at), leave = at_lane(from->tmax, at);
-        for (int a = 0; a < 3; a++) {
-            space_slabs(s, a, least_d[a], at);
-            Lanes r = at_lane(s->r[a], at), x = lanes_set(box.lo[a]) * r, y = lanes_set(box.hi[a]) * r;
-            enter = lanes_max(enter, lanes_min(x, y) - at_lane(s->near_c[a], at));
-            leave = lanes_min(leave, lanes_max(x, y) - at_lane(s->far_c[a], at));
-        }
-        Mask in = lanes_le(enter, leave);
-        uint64_t bits = (uint64_t)mask_bits(in) << at & rays;
-        if (!bits) continue;
-        met |= bits;
-        Lanes shift = lanes_pick(in, enter, lanes_set(0));
-        *(Lanes *)(s->shift + at) = shift;
-        for (uint32_t k = 0; k < LANES; k += DOUBLES)
-            for (int a = 0; a < 3; a++)
-                doubles_to_floats(s->o[a] + at + k, *(Doubles *)(o[a] + k) +
-                                                        doubles_of_floats(s->shift + at + k) * *(Doubles *)(d[a] + k));
+        Mask in = mask_of(bits);
         for (int a = 0; a < 3; a++) reach = lanes_max(reach, lanes_pick(in, lanes_abs(at_lane(s->o[a], at)), reach));
+        sum_d = lanes_max(sum_d, lanes_pick(in, space_sum(s, at), sum_d));
         /* t - shift has one rounding */
-        Lanes tmin = at_lane(from->tmin, at) - shift, tmin_up = at_lane(from->tmin_up, at) - shift;
+        Lanes shift = at_lane(s->shift, at), tmin = at_lane(from->tmin, at) - shift;
+        Lanes tmin_up = at_lane(from->tmin_up, at) - shift;
         Lanes tmax = at_lane(from->tmax, at) - shift, end = at_lane(from->end_down, at) - shift;
         Lanes low = at_lane(from->best_low, at) - shift, ulp = lanes_set(0x1p-23f), back = lanes_set(-0x1p-23f);
         *(Lanes *)(s->tmin + at) = lanes_fma(lanes_abs(tmin), back, tmin);
@@ -409,26 +413,26 @@ static uint64_t object_space(Walk *w, const Object *object, uint64_t rays, Space
         *(Lanes *)(s->end_down + at) = lanes_pick(ends, lanes_fma(lanes_abs(end), back, end), end);
         *(Lanes *)(s->best_low + at) = lanes_pick(known, lanes_fma(lanes_abs(low), back, low), low);
     }
-    if (!met) return 0;
     s->reach = slab_up(lanes_greatest(reach));
     s->o_err = FLOAT_ROUNDOFF * s->reach + map_err;
     s->d_sum = slab_up(slab_up(lanes_greatest(sum_d)));
     s->d_err = FLOAT_ROUNDOFF * s->d_sum + 3 * MAP_ROUNDOFF * d_most;
-    s->slack = PLANE_SLACK * (s->reach + box.reach) + map_err;
+    s->slack = PLANE_SLACK * (s->reach + v->reach) + map_err;
     for (uint32_t at = 0; at < w->count; at += LANES)
         for (int a = 0; a < 3; a++)
-            if (met >> at & LANE_BITS) space_slabs(s, a, least_d[a], at);
-    return met;
+            if (rays >> at & LANE_BITS) space_slabs(s, a, v->least_d[a], at);
 }
 
-/* What was found in an object's space becomes known in the world's. */
-static void leave_space(Walk *w, const Space *s, uint32_t index, uint64_t rays)
+/* What was found in an object's space becomes known in the world's; `waited`: what waited before. */
+static void leave_space(Walk *w, const Space *s, uint32_t index, uint64_t rays, uint32_t waited)
 {
+    bool more = w->waiting_count > waited;
     for (; rays; rays &= rays - 1) {
         uint32_t i = (uint32_t)__builtin_ctzll(rays);
-        if (w->object[i] != index) continue;
-        w->space.tmax[i] = slab_up(s->tmax[i] + s->shift[i]);
-        w->space.best_low[i] = slab_down(s->best_low[i] + s->shift[i]);
+        if (w->object[i] != index && !more) continue;
+        float tmax = slab_up(s->tmax[i] + s->shift[i]), low = slab_down(s->best_low[i] + s->shift[i]);
+        w->space.tmax[i] = tmax < w->space.tmax[i] ? tmax : w->space.tmax[i];
+        w->space.best_low[i] = low < w->space.best_low[i] ? low : w->space.best_low[i];
     }
 }
 
@@ -438,20 +442,35 @@ static void leave_space(Walk *w, const Space *s, uint32_t index, uint64_t rays)
 static bool hit_exactly(const Walk *w, uint32_t i, uint32_t object, const MeshPrim *mesh, uint32_t triangle, Hit *hit)
 {
     Ray local = ray_to_object(&w->world->objects[object], &w->ray[i]);
-    Shear shear = shear_of(&local);
     const uint32_t *k = mesh->triangle[triangle];
     const Vec3 *a = &mesh->position[k[0]], *b = &mesh->position[k[1]], *c = &mesh->position[k[2]];
+    if (local.tmin >= 0 && plane_behind(&local, a, b, c)) return false;
+    Shear shear = shear_of(&local);
     TriangleCut cut;
     if (!triangle_cut(&shear, a, b, c, &cut)) return false;
     TriangleSpan span = triangle_span(&shear, &cut);
     if (!(span.hi > local.tmin) || !(span.lo <= local.tmax)) return false;
-    if (local.tmin >= 0 && !(span.lo > local.tmin) && triangle_behind(&shear, a, b, c, &cut)) return false;
     double err, t = triangle_t(&shear, a, b, c, &err);
     *hit = (Hit){t, cut.u, cut.v, triangle, part_of(mesh, triangle), object};
     return t > local.tmin && t <= local.tmax;
 }
 
 static const MeshPrim *mesh_of(const Walk *w, uint32_t object) { return mesh_prim_data(w->world->objects[object].prim); }
+
+/* Of equal t that of the least object, then part, counts. */
+static inline bool is_nearer(const Hit *a, const Hit *b)
+{
+    if (a->t != b->t) return a->t < b->t;
+    return a->object < b->object || (a->object == b->object && a->part < b->part);
+}
+
+static void take_hit(Walk *w, uint32_t i, const Hit *hit)
+{
+    w->hit[i] = *hit;
+    w->object[i] = hit->object;
+    w->triangle[i] = hit->part;
+    w->exact |= (uint64_t)1 << i;
+}
 
 /* Computes the nearest hit so far in double. */
 static void settle(Walk *w, uint32_t i)
@@ -461,22 +480,15 @@ static void settle(Walk *w, uint32_t i)
     w->exact |= (uint64_t)1 << i;
 }
 
-/* A hit in double, found in s, that may be the nearest. Of equal t that of the least object, then part, counts. */
+/* A hit in double, found in s, that may be the nearest. */
 static void offer(Walk *w, Space *s, uint32_t i, const Hit *hit)
 {
     float t = (float)(hit->t * w->given.per_scale[i] - (double)s->shift[i]);
     if (w->object[i] != HIT_NONE && slab_up(t) >= s->best_low[i]) {
         settle(w, i);
-        const Hit *best = &w->hit[i];
-        if (hit->t > best->t) return;
-        if (hit->t == best->t &&
-            (hit->object > best->object || (hit->object == best->object && hit->part >= best->part)))
-            return;
+        if (!is_nearer(hit, &w->hit[i])) return;
     }
-    w->hit[i] = *hit;
-    w->object[i] = hit->object;
-    w->triangle[i] = hit->part;
-    w->exact |= (uint64_t)1 << i;
+    take_hit(w, i, hit);
     s->tmax[i] = slab_up(t);
     s->best_low[i] = slab_down(t);
 }
@@ -493,11 +505,28 @@ typedef struct {
     bool any;            /* occlusion */
 } Target;
 
+/* Has a triangle wait that ray i surely hits, between two t, if there is room: then it is compared with the nearest hit at
+ * the end. Surfaces that lie in each other are all found by every ray, and computing several hits at once costs far less.
+ */
+static inline bool can_wait(const Target *g, uint32_t i, uint32_t triangle, float t_low, float t_high)
+{
+    Walk *w = g->w;
+    Space *s = g->space;
+    if (g->any || w->object[i] == HIT_NONE) return false;
+    if (w->object[i] == g->object && w->triangle[i] == triangle) return true;
+    if (w->waiting_count == WAITING) return false;
+    w->waiting[w->waiting_count++] = (Waiting){i, g->object, triangle};
+    s->tmax[i] = t_high < s->tmax[i] ? t_high : s->tmax[i];
+    s->best_low[i] = t_low < s->best_low[i] ? t_low : s->best_low[i];
+    return true;
+}
+
 /* A triangle in doubt for ray i. */
 static void decide(const Target *g, uint32_t i, uint32_t triangle)
 {
     Walk *w = g->w;
     if (!g->any && w->object[i] == g->object && w->triangle[i] == triangle) return;
+    if (w->left && w->left[i].part == triangle && w->left[i].object == g->object) return;
     Hit hit;
     if (!hit_exactly(w, i, g->object, g->mesh, triangle, &hit)) return;
     if (g->any)
@@ -571,12 +600,12 @@ typedef struct { Lanes det, u, minus_v, t; } LanesCut;
 
 typedef struct { Lanes x, y, z; } LanesVecs;
 
-static inline __attribute__((always_inline)) LanesVecs vecs_at(const float *p, uint32_t at)
+static inline __attribute__((always_inline)) LanesVecs rows_at(const float *p, uint32_t at)
 {
     return (LanesVecs){at_lane(p, at), at_lane(p + GROUP, at), at_lane(p + 2 * GROUP, at)};
 }
 
-static inline __attribute__((always_inline)) Lanes vecs_dot(LanesVecs a, const float *p, uint32_t j)
+static inline __attribute__((always_inline)) Lanes rows_dot(LanesVecs a, const float *p, uint32_t j)
 {
     return lanes_fma(a.x, lanes_set(p[j]), lanes_fma(a.y, lanes_set(p[BLOCK + j]), a.z * lanes_set(p[2 * BLOCK + j])));
 }
@@ -612,6 +641,7 @@ static inline __attribute__((always_inline)) void take_lanes(const Target *g, co
     Mask sure = mask_and(mask_and(lanes_lt(mu, u), lanes_lt(minus_v, zero - mu)), lanes_lt(sum, size - rim));
     sure = mask_and(mask_and(sure, lanes_lt(lanes_set(SURE_SHARE) * md, size)), left);
     sure = mask_and(sure, mask_and(lanes_lt(at_lane(s->tmin_up, at), t_low), lanes_lt(t_high, at_lane(s->end_down, at))));
+    uint32_t hits = mask_bits(sure);
     if (g->any) {
         w->alive &= ~((uint64_t)mask_bits(sure) << at);
     } else {
@@ -625,8 +655,11 @@ static inline __attribute__((always_inline)) void take_lanes(const Target *g, co
         w->exact &= ~((uint64_t)mask_bits(sure) << at);
         __builtin_prefetch(g->mesh->triangle[b->triangle[j]]);
     }
-    for (uint32_t doubt = mask_bits(mask_without(left, sure)); doubt; doubt &= doubt - 1)
-        decide(g, at + (uint32_t)__builtin_ctz(doubt), b->triangle[j]);
+    for (uint32_t doubt = mask_bits(mask_without(left, sure)); doubt; doubt &= doubt - 1) {
+        uint32_t k = (uint32_t)__builtin_ctz(doubt);
+        if (!(hits >> k & 1) || !can_wait(g, at + k, b->triangle[j], t_low[k], t_high[k]))
+            decide(g, at + k, b->triangle[j]);
+    }
 }
 
 /* Many rays against a block, one triangle after the other. */
@@ -638,20 +671,20 @@ static inline __attribute__((always_inline)) void block_by_triangles(const Targe
         for (uint32_t at = 0; at < GROUP; at += LANES) {
             uint32_t active = (uint32_t)((g->any ? rays & g->w->alive : rays) >> at) & LANE_BITS;
             if (!active) continue;
-            LanesVecs d = vecs_at(s->d[0], at);
-            LanesCut cut = {.det = vecs_dot(d, view->n[0], j)};
+            LanesVecs d = rows_at(s->d[0], at);
+            LanesCut cut = {.det = rows_dot(d, view->n[0], j)};
             if (one_origin) {
-                cut.u = vecs_dot(d, view->p[0], j);
-                cut.minus_v = vecs_dot(d, view->q[0], j);
+                cut.u = rows_dot(d, view->p[0], j);
+                cut.minus_v = rows_dot(d, view->q[0], j);
                 cut.t = lanes_set(view->t[j]);
             } else {
-                LanesVecs o = vecs_at(s->o[0], at);
+                LanesVecs o = rows_at(s->o[0], at);
                 LanesVecs c = {lanes_set(b->v[0][j]) - o.x, lanes_set(b->v[1][j]) - o.y, lanes_set(b->v[2][j]) - o.z};
                 LanesVecs q = {lanes_fms(c.y, d.z, c.z * d.y), lanes_fms(c.z, d.x, c.x * d.z),
                                lanes_fms(c.x, d.y, c.y * d.x)};
-                cut.u = vecs_dot(q, b->e2[0], j);
-                cut.minus_v = vecs_dot(q, b->e1[0], j);
-                cut.t = vecs_dot(c, view->n[0], j);
+                cut.u = rows_dot(q, b->e2[0], j);
+                cut.minus_v = rows_dot(q, b->e1[0], j);
+                cut.t = rows_dot(c, view->n[0], j);
             }
             take_lanes(g, b, view, j, at, mask_of(active), &cut);
         }
@@ -693,7 +726,7 @@ static inline __attribute__((always_inline)) bool take_four(const Target *g, con
             w->triangle[i] = b->triangle[j];
             w->exact &= ~((uint64_t)1 << i);
             __builtin_prefetch(g->mesh->triangle[b->triangle[j]]);
-        } else if (!(t_low[j] > s->tmax[i])) {
+        } else if (!(t_low[j] > s->tmax[i]) && !(sure && can_wait(g, i, b->triangle[j], t_low[j], t_high[j]))) {
             decide(g, i, b->triangle[j]);
             if (g->any && !(w->alive >> i & 1)) return false;
         }
@@ -1129,25 +1162,33 @@ static void at_prim(Walk *w, uint32_t index, uint64_t rays, bool any)
     }
 }
 
+static void at_solid(Walk *w, uint32_t index, uint64_t rays, bool any);
+
 static inline __attribute__((always_inline)) void at_object(Walk *w, uint32_t index, uint64_t rays, bool coherent, bool any)
 {
     const Object *object = &w->world->objects[index];
     const MeshPrim *mesh = mesh_prim_data(object->prim);
-    if (object->in_world) {
-        if (mesh)
-            at_mesh(w, index, mesh, &w->space, rays, coherent, any);
-        else
-            at_prim(w, index, rays, any);
-        return;
-    }
+    const ObjectView *view = &w->world->views[index];
     Space s;
-    rays = object_space(w, object, rays, &s);
-    if (!rays) return;
-    if (mesh) {
+    float power = mesh && !object->in_world ? power_map(object) : 0;
+    if (power > 0) {
+        scaled_space(w, power, &s);
+    } else if (!object->in_world && view_is_in_reach(view)) {
+        rays = object_meets(w, view, rays, s.shift);
+        if (!rays) return;
+    }
+    if (!mesh) {
+        at_solid(w, index, rays, any);
+    } else if (object->in_world) {
+        at_mesh(w, index, mesh, &w->space, rays, coherent, any);
+    } else if (power > 0 || view_is_in_reach(view)) {
+        if (!(power > 0)) object_space(w, object, view, rays, &s);
+        uint32_t waited = w->waiting_count;
         at_mesh(w, index, mesh, &s, rays, coherent, any);
-        if (!any) leave_space(w, &s, index, rays);
-    } else
+        if (!any) leave_space(w, &s, index, rays, waited);
+    } else {
         at_prim(w, index, rays, any);
+    }
 }
 
 static void nearest_object(void *context, uint32_t index, uint64_t rays) { at_object(context, index, rays, true, false); }
@@ -1244,7 +1285,7 @@ static inline __attribute__((always_inline)) Dds dds_minor(Dds a, Dds b, Dds c, 
     return (Dds){high.hi, high.lo + ((p.lo - q.lo) + ((a.hi * b.lo + a.lo * b.hi) - (c.hi * d.lo + c.lo * d.hi)))};
 }
 
-static inline __attribute__((always_inline)) Dds ddvecs_dot(const DdVecs *n, const DdVecs *v)
+static inline __attribute__((always_inline)) Dds ddrows_dot(const DdVecs *n, const DdVecs *v)
 {
     Dds x = dds_prod(n->x.hi, v->x.hi), y = dds_prod(n->y.hi, v->y.hi), z = dds_prod(n->z.hi, v->z.hi);
     Doubles low_x = x.lo + (n->x.hi * v->x.lo + n->x.lo * v->x.hi), low_y = y.lo + (n->y.hi * v->y.lo + n->y.lo * v->y.hi);
@@ -1275,7 +1316,7 @@ static inline __attribute__((always_inline)) Faces faces_of(const Vecs *o, const
     DdVecs f = ddvecs_between(&corner[0], &corner[2]);
     for (int i = 0; i < 3; i++) s.to[i] = (Vecs){corner[i].x - o->x, corner[i].y - o->y, corner[i].z - o->z};
     s.n = (DdVecs){dds_minor(e.y, f.z, e.z, f.y), dds_minor(e.z, f.x, e.x, f.z), dds_minor(e.x, f.y, e.y, f.x)};
-    s.top = ddvecs_dot(&s.n, &to);
+    s.top = ddrows_dot(&s.n, &to);
     return s;
 }
 
@@ -1299,12 +1340,14 @@ static inline __attribute__((always_inline)) Confirmed confirm(const Faces *face
     Doubles ea = c.x * b.y - c.y * b.x, eb = a.x * c.y - a.y * c.x, ec = b.x * a.y - b.y * a.x;
     Doubles r = doubles_set(1) / (ea + eb + ec), zero = doubles_set(0);
     DdVecs way = {{d->x, zero}, {d->y, zero}, {d->z, zero}};
-    Dds slope = ddvecs_dot(&face->n, &way);
+    Dds slope = ddrows_dot(&face->n, &way);
     Doubles per_slope = doubles_set(1) / slope.hi, t0 = face->top.hi * per_slope;
     Dds back = dds_prod(t0, slope.hi);
     Doubles t = t0 + (((face->top.hi - back.hi) - back.lo) + (face->top.lo - t0 * slope.lo)) * per_slope;
     return (Confirmed){t * scale, eb * r, ec * r};
 }
+
+#include "accel/solid_kernel.h"
 
 /* Triangles that rays from one origin share most of the work for. */
 enum { FACES = 16 };
@@ -1326,6 +1369,23 @@ typedef struct {
 _Static_assert(offsetof(Hit, u) == 8 && offsetof(Hit, part) == offsetof(Hit, v) + 8 &&
                offsetof(Hit, leaf) == offsetof(Hit, part) + 4, "found_settle writes pairs");
 
+static inline void found_start(Found *f, const Walk *w, uint32_t index)
+{
+    f->world = w->world;
+    f->index = index;
+    f->mesh = mesh_of(w, index);
+}
+
+/* After n hits, at least one, have been put in. */
+static inline void found_end(Found *f, uint32_t n)
+{
+    f->count = n;
+    for (uint32_t j = 0; j < DOUBLES; j++) {
+        f->triangle[n + j] = f->triangle[0];
+        f->hit[n + j] = &f->spare;
+    }
+}
+
 /* The hits of an object that are known in float. Whether most are on the triangle of the one before. */
 static inline bool found_gather(Found *f, Walk *w, uint64_t rays)
 {
@@ -1337,11 +1397,7 @@ static inline bool found_gather(Found *f, Walk *w, uint64_t rays)
         same += w->triangle[i] == last;
         last = w->triangle[i];
     }
-    f->count = n;
-    for (uint32_t j = 0; j < DOUBLES; j++) {
-        f->triangle[n + j] = last;
-        f->hit[n + j] = &f->spare;
-    }
+    found_end(f, n);
     f->ray = n == w->count ? &w->given : &f->own;
     if (n == w->count) return 2 * same > n;
     uint32_t to = 0;
@@ -1373,7 +1429,7 @@ static inline __attribute__((always_inline)) Vecs found_origin(Found *f, uint32_
 {
     const Object *object = &f->world->objects[f->index];
     Vecs o = vecs_column(f->ray->o, k);
-    return object->in_world ? o : vecs_map(&object->to_object, &o, true);
+    return object->in_world ? o : map_points(&object->to_object, &o);
 }
 
 /* Computes the hits from k on, whose faces are known. */
@@ -1384,7 +1440,7 @@ static inline __attribute__((always_inline)) void found_settle(Found *f, uint32_
     Doubles per = *(Doubles *)(f->ray->per_scale + k), scale = doubles_set(1) / per;
     if (!object->in_world) {
         Vecs given = {d.x * per, d.y * per, d.z * per};
-        d = vecs_map(&object->to_object, &given, false);
+        d = map_vectors(&object->to_object, &given);
         doubles_power(doubles_max(doubles_abs(d.x), doubles_max(doubles_abs(d.y), doubles_abs(d.z))), &scale);
         d = (Vecs){d.x * scale, d.y * scale, d.z * scale};
     }
@@ -1432,13 +1488,25 @@ static inline uint32_t found_slots(Found *f, uint32_t triangle[FACES])
     return n;
 }
 
+/* Computes hits one by one. */
+static inline __attribute__((always_inline)) void found_settle_all(Found *f, const Ray *later)
+{
+    for (uint32_t k = 0; k < f->count; k++)
+        for (int j = 0; j < 3; j++) __builtin_prefetch(&f->mesh->position[f->mesh->triangle[f->triangle[k]][j]]);
+    for (uint32_t k = 0; k < f->count; k += DOUBLES) {
+        prefetch_rays(later + k, DOUBLES);
+        Vecs o = found_origin(f, k), corner[3];
+        corners_of(f->mesh, f->triangle + k, f->count - k, corner);
+        Faces face = faces_of(&o, corner);
+        found_settle(f, k, &face);
+    }
+}
+
 /* Computes hits of an object in double. */
 static __attribute__((noinline)) void settle_object(Walk *w, uint32_t index, uint64_t rays)
 {
     Found f;
-    f.world = w->world;
-    f.index = index;
-    f.mesh = mesh_of(w, index);
+    found_start(&f, w, index);
     uint32_t different[FACES], n = 0;
     if (found_gather(&f, w, rays) && one_origin(&f)) n = found_slots(&f, different);
     if (n > 0) {
@@ -1457,14 +1525,34 @@ static __attribute__((noinline)) void settle_object(Walk *w, uint32_t index, uin
         }
         return;
     }
-    for (uint32_t k = 0; k < f.count; k++)
-        for (int j = 0; j < 3; j++) __builtin_prefetch(&f.mesh->position[f.mesh->triangle[f.triangle[k]][j]]);
-    for (uint32_t k = 0; k < f.count; k += DOUBLES) {
-        prefetch_rays(w->ray + k, DOUBLES);
-        Vecs o = found_origin(&f, k), corner[3];
-        corners_of(f.mesh, f.triangle + k, f.count - k, corner);
-        Faces face = faces_of(&o, corner);
-        found_settle(&f, k, &face);
+    found_settle_all(&f, w->ray);
+}
+
+/* Computes the hits that wait, those of an object that follow each other together, and finds the nearest. All others are
+ * known. */
+static __attribute__((noinline)) void settle_waiting(Walk *w)
+{
+    for (uint32_t k = 0, n; k < w->waiting_count; k += n) {
+        Found f;
+        Hit hit[GROUP];
+        const Waiting *at = &w->waiting[k];
+        found_start(&f, w, at->object);
+        for (n = 0; n < GROUP && k + n < w->waiting_count && at[n].object == at->object; n++) {
+            for (int a = 0; a < 3; a++) {
+                f.own.o[a][n] = w->given.o[a][at[n].lane];
+                f.own.d[a][n] = w->given.d[a][at[n].lane];
+            }
+            f.own.per_scale[n] = w->given.per_scale[at[n].lane];
+            f.triangle[n] = at[n].triangle;
+            f.hit[n] = &hit[n];
+        }
+        f.ray = &f.own;
+        found_end(&f, n);
+        found_settle_all(&f, w->ray);
+        for (uint32_t j = 0; j < n; j++) {
+            uint32_t i = at[j].lane;
+            if (is_nearer(&hit[j], &w->hit[i])) w->hit[i] = hit[j];
+        }
     }
 }
 
@@ -1485,6 +1573,7 @@ static void take_hits(Walk *w)
         settle_object(w, object, same);
         left &= ~same;
     }
+    if (w->waiting_count > 0) settle_waiting(w);
     for (; none; none &= none - 1) {
         uint32_t i = (uint32_t)__builtin_ctzll(none);
         w->hit[i] = (Hit){.t = w->ray[i].tmax, .object = HIT_NONE};
@@ -1492,7 +1581,7 @@ static void take_hits(Walk *w)
     }
 }
 
-static void intersect(const World *world, const Ray *rays, Hit *hits, size_t n, Scratch *scratch)
+static void intersect(const World *world, const Ray *rays, const LeftFace *left, Hit *hits, size_t n, Scratch *scratch)
 {
     Walk w;
     w.world = world;
@@ -1500,10 +1589,11 @@ static void intersect(const World *world, const Ray *rays, Hit *hits, size_t n, 
     for (size_t at = 0; at < n; at += GROUP) {
         uint32_t count = n - at < GROUP ? (uint32_t)(n - at) : GROUP;
         if (!world->bvh.item_count || !walk_init(&w, world, rays + at, count, false)) {
-            kernel_scalar.intersect(world, rays + at, hits + at, count, scratch);
+            kernel_scalar.intersect(world, rays + at, NULL, hits + at, count, scratch);
             continue;
         }
         w.hit = hits + at;
+        w.left = left ? left + at : NULL;
         trace(&w, false);
         take_hits(&w);
     }
@@ -1520,7 +1610,7 @@ static inline void put_flags(bool *flag, uint64_t bits, uint32_t n)
     }
 }
 
-static void occluded(const World *world, const Ray *rays, bool *blocked, size_t n, Scratch *scratch)
+static void occluded(const World *world, const Ray *rays, const LeftFace *left, bool *blocked, size_t n, Scratch *scratch)
 {
     Walk w;
     w.world = world;
@@ -1528,9 +1618,10 @@ static void occluded(const World *world, const Ray *rays, bool *blocked, size_t 
     for (size_t at = 0; at < n; at += GROUP) {
         uint32_t count = n - at < GROUP ? (uint32_t)(n - at) : GROUP;
         if (!world->bvh.item_count || !walk_init(&w, world, rays + at, count, true)) {
-            kernel_scalar.occluded(world, rays + at, blocked + at, count, scratch);
+            kernel_scalar.occluded(world, rays + at, NULL, blocked + at, count, scratch);
             continue;
         }
+        w.left = left ? left + at : NULL;
         trace(&w, true);
         put_flags(blocked + at, ~w.alive, count);
     }

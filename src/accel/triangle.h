@@ -152,6 +152,16 @@ static inline bool triangle_behind(const Shear *s, const Vec3 *a, const Vec3 *b,
     return triangle_entered(s, cut) ? side > doubt : side < -doubt;
 }
 
+/* Whether the plane of a triangle is surely behind a ray's origin: n . (a - o) and n . d have opposite signs, each off by
+ * less than 9 u of its sizes, as above. It needs no shear: it is for rays that have just left that plane. */
+static inline bool plane_behind(const Ray *ray, const Vec3 *a, const Vec3 *b, const Vec3 *c)
+{
+    Vec3 size, n = triangle_cross(a, b, c, &size), to = vec3_sub(*a, ray->o);
+    double side = vec3_dot(n, to), side_doubt = 9 * UNIT_ROUNDOFF * vec3_dot(size, vec3_abs(to)) + 0x1p-900;
+    double slope = vec3_dot(n, ray->d), slope_doubt = 9 * UNIT_ROUNDOFF * vec3_dot(size, vec3_abs(ray->d)) + 0x1p-900;
+    return (side > side_doubt && slope < -slope_doubt) || (side < -side_doubt && slope > slope_doubt);
+}
+
 /* Vectors in twice the precision, sums of two doubles for each of x, y, z (and a copy of x that makes four), in the
  * compiler's vector notation, by address so that no convention of passing them matters. Errors below are in units of u^2, u
  * being the unit roundoff; 16 of them are DD_ROUNDOFF. */

@@ -2,6 +2,7 @@
 #ifndef RT_COMMON_RAY_H
 #define RT_COMMON_RAY_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "common/vec.h"
@@ -24,6 +25,10 @@ typedef struct {
     uint32_t object;  /* index in World.objects, HIT_NONE if nothing was hit */
 } Hit;
 
+/* A plane face (a triangle of a mesh) that a ray starts beside and leads away from, so that it can't meet it: tests of it,
+ * which would have to find out in the highest precision, are left out. HIT_NONE, whatever the part: none. */
+typedef struct { uint32_t object, part; } LeftFace;
+
 /* The geometry at a hit, made once for the winning hit, in the space of the primitive. */
 typedef struct {
     Vec3 p;       /* point, put back onto the surface where that is possible */
@@ -31,6 +36,7 @@ typedef struct {
     Vec3 n;       /* geometric normal, outward on a closed primitive, of any positive length */
     Vec3 ns;      /* shading normal, of any positive length; n if the primitive has no other */
     double u, v;  /* texture coordinates, (0,0) being the picture's lower left */
+    bool plane;   /* the hit's part is one plane face; false unless set */
 } Surface;
 
 #endif

@@ -49,3 +49,10 @@ void film_put(FilmFormat format, bool srgb, void *film, size_t index, const doub
         }
     }
 }
+
+bool film_clips(const double colour[3])
+{
+    bool clips = false;
+    for (int k = 0; k < 3; k++) clips |= colour[k] < 0 || colour[k] > 1;
+    return clips;
+}

@@ -17,4 +17,7 @@ size_t film_pixel_bytes(FilmFormat format);
  * `srgb`, and rounded; what a float can't hold becomes its greatest number. */
 void film_put(FilmFormat format, bool srgb, void *film, size_t index, const double colour[3]);
 
+/* A channel lies outside [0,1], where the integer formats end. */
+bool film_clips(const double colour[3]);
+
 #endif

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "common/cpu.h"
+#include "tools/escape.h"
 
 StageTime stage_lap(StageTime *since)
 {
@@ -40,8 +41,12 @@ void report_summary(const RenderReport *r, char *text, size_t size)
     uint64_t count = all_rays(&r->render);
     char rays[32];
     format_count(count, rays, sizeof rays);
-    snprintf(text, size, "%s: %" PRIu32 " x %" PRIu32 ", %" PRIu32 " sample%s, %s ray%s in %.*f s (CPU %.*f s), %" PRIu32
-             " thread%s", r->file, r->width, r->height, r->samples, r->samples == 1 ? "" : "s", rays,
+    char samples[32];
+    double pixels = (double)r->width * r->height;
+    if (r->samples) snprintf(samples, sizeof samples, "%" PRIu32, r->samples);
+    else snprintf(samples, sizeof samples, "%.1f", (double)r->render.samples / pixels);
+    snprintf(text, size, "%s: %" PRIu32 " x %" PRIu32 ", %s sample%s, %s ray%s in %.*f s (CPU %.*f s), %" PRIu32
+             " thread%s", r->file, r->width, r->height, samples, r->samples == 1 ? "" : "s", rays,
              count == 1 ? "" : "s", wall_s < 1 ? 2 : 1, wall_s, cpu_s < 1 ? 2 : 1, cpu_s, r->render.threads,
              r->render.threads == 1 ? "" : "s");
 }
@@ -54,36 +59,6 @@ struct Report {
     size_t size;
     uint32_t renders;
 };
-
-/* Length of the UTF-8 sequence (RFC 3629) that a string begins with; 0 if it begins with none. */
-static size_t utf8_length(const char *s)
-{
-    const unsigned char *u = (const unsigned char *)s;
-    size_t n = u[0] < 0x80 ? 1 : u[0] < 0xc2 ? 0 : u[0] < 0xe0 ? 2 : u[0] < 0xf0 ? 3 : u[0] < 0xf5 ? 4 : 0;
-    for (size_t i = 1; i < n; i++)
-        if ((u[i] & 0xc0) != 0x80) return 0;
-    if ((u[0] == 0xe0 && u[1] < 0xa0) || (u[0] == 0xed && u[1] >= 0xa0)) return 0;
-    if ((u[0] == 0xf0 && u[1] < 0x90) || (u[0] == 0xf4 && u[1] >= 0x90)) return 0;
-    return n;
-}
-
-/* A JSON string of a string's first `length` bytes; what is no UTF-8 becomes U+FFFD. */
-static void write_bytes(FILE *out, const char *s, size_t length)
-{
-    fputc('"', out);
-    for (const char *end = s + length; s < end;) {
-        size_t n = utf8_length(s);
-        unsigned char c = (unsigned char)*s;
-        if (n == 0) fputs("\\ufffd", out);
-        else if (c == '"' || c == '\\') fprintf(out, "\\%c", c);
-        else if (c < 0x20 || c == 0x7f) fprintf(out, "\\u%04x", c);
-        else fwrite(s, 1, n, out);
-        s += n ? n : 1;
-    }
-    fputc('"', out);
-}
-
-static void write_string(FILE *out, const char *s) { write_bytes(out, s, strlen(s)); }
 
 static void write_stage(FILE *out, const char *name, double wall_s, double cpu_s, const char *end)
 {
@@ -100,7 +75,7 @@ Report *report_create(const char *script)
         return NULL;
     }
     fputs("{\n  \"script\": ", report->out);
-    write_string(report->out, script);
+    escape_json(report->out, script, strlen(script));
     fputs(",\n  \"renders\": [", report->out);
     return report;
 }
@@ -118,11 +93,11 @@ void report_add(Report *report, const RenderReport *r)
     FILE *out = report->out;
     const CompileStats *c = &r->compile;
     fprintf(out, "%s\n    {\n      \"file\": ", report->renders++ ? "," : "");
-    if (r->file) write_string(out, r->file);
+    if (r->file) escape_json(out, r->file, strlen(r->file));
     else fputs("null", out);
     fputs(",\n      \"place\": ", out);
     size_t place = strlen(r->where);
-    write_bytes(out, r->where, place >= 2 ? place - 2 : 0);  /* without ": " */
+    escape_json(out, r->where, place >= 2 ? place - 2 : 0);  /* without ": " */
     fprintf(out, ",\n      \"width\": %" PRIu32 ",\n      \"height\": %" PRIu32 ",\n", r->width, r->height);
     fprintf(out, "      \"samples\": %" PRIu32 ",\n      \"max_depth\": %" PRIu32 ",\n", r->samples, r->max_depth);
     fprintf(out, "      \"threads\": %" PRIu32 ",\n      \"stages\": {\n", r->render.threads);

@@ -20,7 +20,8 @@ typedef struct {
     const char *file;               /* the picture's; NULL if none was written (--check) */
     const char *where;              /* "temple.lua:41: ", the script's line */
     uint32_t width, height;         /* of the file */
-    uint32_t samples, max_depth;
+    uint32_t samples;               /* of each pixel; 0: as goals wanted */
+    uint32_t max_depth;
     StageTime script;               /* since the script began or the render before ended */
     StageTime encode;               /* encoding and writing the picture */
     CompileStats compile;

@@ -32,6 +32,9 @@ typedef struct {
     Vec3 v;           /* toward the viewer, unit */
     Vec3 off;         /* from p to where rays start that leave on the viewer's side */
     double reach;     /* greatest coordinate of p */
+    LeftFace face;    /* what it lies on, if that is plane */
+    const Object *object;
+    Vec3 face_n;      /* the face's normal in the object's space, on the side of ng */
     const Material *material;
     Rgb kd;
     Rgb sum;
@@ -44,6 +47,7 @@ struct Shader {
     Path path[STREAM_RAYS];
     Point point[STREAM_RAYS];
     Ray shadow[STREAM_RAYS];
+    LeftFace left[STREAM_RAYS];      /* by shadow[i], or by the mirror rays of the next level */
     Rgb light[STREAM_RAYS];          /* what shadow[i] brings if nothing is in its way */
     uint32_t lit[STREAM_RAYS];       /* to which point */
     bool blocked[STREAM_RAYS];
@@ -70,10 +74,29 @@ static Vec3 leaving_offset(Vec3 p, Vec3 p_err, Vec3 ng)
     return vec3_scale(ng, vec3_dot(vec3_abs(ng), slack) * (1 + 8 * UNIT_ROUNDOFF));
 }
 
-/* Where a ray toward d starts: on d's side. */
-static Vec3 leaving_origin(const Point *point, Vec3 d)
+/* On which side of the surface a ray toward d starts: on d's. */
+static bool leaves_above(const Point *point, Vec3 d) { return !(vec3_dot(d, point->ng) < 0); }
+
+static Vec3 leaving_origin(const Point *point, bool above)
 {
-    return vec3_dot(d, point->ng) < 0 ? vec3_sub(point->p, point->off) : vec3_add(point->p, point->off);
+    return above ? vec3_add(point->p, point->off) : vec3_sub(point->p, point->off);
+}
+
+/* The slope of a direction against a plane face has the right sign if it is more than this, relative to the direction's
+ * greatest component and the sum of the normal's: the normal is off by 30 roundings as an angle (triangle_normal) and two
+ * of its scaling, times sqrt(3) for the direction's length, and the product by three. */
+#define SLOPE_ROUNDINGS 60
+
+/* The face that a ray along d leaves on a side, or none if it isn't sure that it leads away from it. The kernels map the
+ * direction in the same way. */
+static LeftFace left_face(const Point *point, bool above, Vec3 d)
+{
+    const LeftFace none = {HIT_NONE, 0};
+    if (point->face.object == HIT_NONE) return none;
+    if (!point->object->in_world) d = affine_vector(&point->object->to_object, d);
+    Vec3 n = vec3_abs(point->face_n);
+    double slope = vec3_dot(d, point->face_n), size = vec3_max(vec3_abs(d)) * (n.x + n.y + n.z);
+    return (above ? slope : -slope) > GAMMA(SLOPE_ROUNDINGS) * size + 0x1p-900 ? point->face : none;
 }
 
 static bool are_equal(Vec3 a, Vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
@@ -87,17 +110,28 @@ static inline __attribute__((always_inline)) void make_point(const World *world,
         local.o = affine_point(&object->to_object, ray->o);
         local.d = affine_vector(&object->to_object, ray->d);
     }
-    Surface s;
-    object->prim->ops->surface(object->prim, &local, hit, &s);
     const Shading *shading = &world->shadings[object->shading + hit->leaf];
+    bool uv = ((features & FEATURE_TEXTURE) && shading->texture) || ((features & FEATURE_BUMP) && shading->bump);
+    Surface s = {.plane = false};
+    object->prim->ops->surface(object->prim, &local, hit, uv, &s);
     point->material = shading->material;
     point->kd = shading->material->kd;
-    if ((features & FEATURE_TEXTURE) && shading->texture)
-        point->kd = shading->texture->ops->colour(shading->texture, s.u, s.v, s.p);
-    if ((features & FEATURE_BUMP) && shading->bump) s.ns = shading->bump->ops->bend(shading->bump, s.u, s.v, s.ns);
+    if ((features & FEATURE_TEXTURE) && shading->texture) {
+        Vec3 at = s.p;
+        if (shading->texture->ops->by_place && object->prim->ops->own) object->prim->ops->own(object->prim, hit, &at, NULL);
+        point->kd = shading->texture->ops->colour(shading->texture, s.u, s.v, at);
+    }
+    if ((features & FEATURE_BUMP) && shading->bump) {
+        const Affine *own = object->prim->ops->own ? object->prim->ops->own(object->prim, hit, NULL, &s.ns) : NULL;
+        s.ns = shading->bump->ops->bend(shading->bump, s.u, s.v, s.ns);
+        if (own) s.ns = affine_normal(own, s.ns);
+    }
     point->d = ray->d;
     point->v = vec3_neg(vec3_normalize(ray->d));
     bool flat = are_equal(s.n, s.ns);
+    point->object = object;
+    point->face = (LeftFace){s.plane ? hit->object : HIT_NONE, hit->part};
+    point->face_n = s.n;
     Vec3 p_err = s.p_err;
     point->p = s.p;
     if (!object->in_world) {
@@ -107,7 +141,10 @@ static inline __attribute__((always_inline)) void make_point(const World *world,
         if (!flat) s.ns = affine_normal(&object->to_object, s.ns);
     }
     point->ng = vec3_normalize(s.n);
-    if (vec3_dot(point->ng, point->v) < 0) point->ng = vec3_neg(point->ng);
+    if (vec3_dot(point->ng, point->v) < 0) {
+        point->ng = vec3_neg(point->ng);
+        point->face_n = vec3_neg(point->face_n);
+    }
     point->n = point->ng;
     if (!flat) {
         point->n = vec3_normalize(s.ns);
@@ -142,7 +179,7 @@ static LightView view_light(const Light *light)
 }
 
 /* What the light brings to the point if nothing is in its way, and the ray that finds that out; false if nothing. */
-static bool light_point(const LightView *view, const Point *point, Rgb *brings, Ray *shadow)
+static bool light_point(const LightView *view, const Point *point, Rgb *brings, Ray *shadow, LeftFace *left)
 {
     const Light *light = view->light;
     Vec3 to_light = vec3_sub(light->position, point->p);
@@ -156,9 +193,11 @@ static bool light_point(const LightView *view, const Point *point, Rgb *brings, 
     float scale = view->even ? view->scale : light_scale(light, d);
     *brings = glms_vec3_scale(glms_vec3_mul(share, light->colour), scale);
     if (brings->x == 0 && brings->y == 0 && brings->z == 0) return false;
-    Vec3 o = leaving_origin(point, l);
+    bool above = leaves_above(point, l);
+    Vec3 o = leaving_origin(point, above);
     double at_light = GAMMA(LIGHT_ROUNDINGS) * (view->reach + point->reach);
     *shadow = (Ray){o, vec3_sub(light->position, o), 0, 1 - at_light * inverse};
+    *left = left_face(point, above, shadow->d);
     return true;
 }
 
@@ -168,10 +207,10 @@ static void add_light(const World *world, const Light *light, Shader *s, uint32_
     LightView view = view_light(light);
     uint32_t n = 0;
     for (uint32_t i = 0; i < points; i++) {
-        if (!light_point(&view, &s->point[i], &s->light[n], &s->shadow[n])) continue;
+        if (!light_point(&view, &s->point[i], &s->light[n], &s->shadow[n], &s->left[n])) continue;
         s->lit[n++] = i;
     }
-    world_occluded(world, s->shadow, s->blocked, n, scratch);
+    world_occluded(world, s->shadow, s->left, s->blocked, n, scratch);
     stats->shadow_rays += n;
     for (uint32_t i = 0; i < n; i++)
         if (!s->blocked[i]) s->point[s->lit[i]].sum = glms_vec3_add(s->point[s->lit[i]].sum, s->light[i]);
@@ -185,11 +224,13 @@ static void add_colour(double colour[3], float weight, Rgb c)
 }
 
 /* The mirror direction D - 2 (D.n) n; one that would go below the surface takes the geometric normal instead. */
-static Ray mirror_ray(const Point *point)
+static Ray mirror_ray(const Point *point, LeftFace *left)
 {
     Vec3 d = vec3_at(point->d, -2 * vec3_dot(point->d, point->n), point->n);
     if (!(vec3_dot(d, point->ng) > 0)) d = vec3_at(point->d, -2 * vec3_dot(point->d, point->ng), point->ng);
-    return (Ray){leaving_origin(point, d), d, 0, INFINITY};
+    bool above = leaves_above(point, d);
+    *left = left_face(point, above, d);
+    return (Ray){leaving_origin(point, above), d, 0, INFINITY};
 }
 
 /* What is known once a level's rays have their hits: misses end their paths, hits become points. */
@@ -225,17 +266,18 @@ static inline __attribute__((always_inline)) void shade(const World *world, Shad
     }
     stats->camera_rays += n;
     for (uint32_t depth = 0; n > 0; depth++) {
-        world_intersect(world, rays, s->hit, n, scratch);
+        world_intersect(world, rays, depth > 0 ? s->left : NULL, s->hit, n, scratch);
         uint32_t points = sort_hits(world, s, rays, missed, n, depth, colour, features);
         for (uint32_t i = 0; i < world->light_count; i++) add_light(world, &world->lights[i], s, points, stats, scratch);
         n = 0;
         for (uint32_t i = 0; i < points; i++) {
             const Point *point = &s->point[i];
             if ((features & FEATURE_MIRROR) && point->material->mirror > 0 && depth < max_depth) {
-                rays[n] = mirror_ray(point);
+                rays[n] = mirror_ray(point, &s->left[n]);
                 s->path[n++] = (Path){point->path.slot, point->path.weight, point->material->mirror, point->sum};
             } else {
                 add_colour(colour[point->path.slot], point->path.weight, point->sum);
+                if (features & FEATURE_MIRROR) stats->dropped += weight_units(point->path.weight * point->material->mirror);
             }
         }
         stats->mirror_rays += n;

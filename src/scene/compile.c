@@ -19,8 +19,9 @@
 #include "common/place.h"
 #include "node/tree/lsystem.h"
 
-/* A mesh up to this size is baked: beyond it the copy costs more memory than the shorter way of a ray is worth. */
-enum { BAKE_TRIANGLES = 65536 };
+/* A mesh all of whose places together have up to BAKE_TRIANGLES is baked: beyond that, mapping the rays costs less than
+ * copying it and building over the copies. So many are baked in the whole scene, a hundred megabytes. */
+enum { BAKE_TRIANGLES = 65536, BAKE_TRIANGLES_ALL = 1 << 20 };
 
 /* A light 2^this times the scene's extent away: to a double's roundings its rays are parallel, its distance is the same
  * everywhere. Farther ones would overflow when squared. */
@@ -34,7 +35,7 @@ enum {
 /* The share of the memory limit that objects may take, and what one costs at the peak of the build: itself, its box for
  * the builder, parts of the binary tree and of the wide nodes, which hold at least one object a place. */
 #define OBJECT_MEMORY_SHARE 0.75
-#define OBJECT_BYTES (sizeof(Object) + sizeof(BvhRef) + 96)
+#define OBJECT_BYTES (sizeof(Object) + sizeof(ObjectView) + sizeof(BvhRef) + 96)
 
 /* Meshes whose greatest coordinate is beyond 2^+-this are divided by a power of two: boxes and the first test of
  * triangles are in floats, whose products would overflow or vanish. */
@@ -51,7 +52,7 @@ enum {
 /* A geometry node, however often it is used. */
 typedef struct {
     Node *node;
-    Prim *prim;              /* what its objects use; NULL while it is to be baked */
+    Prim *prim;              /* what its objects use; NULL while it is to be baked or placed */
     bool csg;                /* prim was made here */
     const Mesh *mesh;        /* of a mesh node */
     int exponent;            /* mesh is the node's divided by 2^this */
@@ -59,11 +60,12 @@ typedef struct {
     uint32_t leaf_count;     /* number of its shadings */
     uint32_t shading;        /* index of the first */
     uint64_t uses;
-    bool bake;
+    bool bake;               /* all its places are parts of the baked primitive */
+    bool place;              /* its only one has a primitive in world space */
 } Geometry;
 
 /* A mesh primitive made so far. */
-typedef struct { const Mesh *mesh; Prim *prim; } MadeMesh;
+typedef struct { const Mesh *mesh; Prim *prim; } MadeMesh;  /* mesh: NULL if it is placed */
 
 /* A mesh divided by 2^exponent: all but the positions is borrowed from `from`. */
 typedef struct ScaledMesh {
@@ -71,11 +73,13 @@ typedef struct ScaledMesh {
     const Mesh *from;
     Mesh mesh;
     int exponent;
+    Texture *height_bands;   /* of a mountain */
     Vec3 position[];
 } ScaledMesh;
 
 struct WorldMemory {
     Object *objects;
+    ObjectView *views;
     Shading *shadings;
     Light *lights;
     Geometry *geometry;
@@ -84,6 +88,8 @@ struct WorldMemory {
     uint32_t made_count;
     ScaledMesh *scaled;      /* a list */
     Prim *baked;
+    uint32_t *part_geometry; /* of each part of it: the index */
+    uint32_t part_count;
     Material *plain;         /* for mountains that were given no material */
 };
 
@@ -111,6 +117,7 @@ typedef struct {
     uint32_t made_count, made_capacity;
     uint32_t shading_count;
     uint32_t nesting;                /* of trees being drawn */
+    bool beyond_floats;              /* an object's own coordinates are: of a CSG solid or a torus */
 } Compile;
 
 /* Grows *array to hold at least `least` items. */
@@ -257,13 +264,21 @@ static bool load_texture(Compile *c, const Node *node)
 
 static bool is_mountain(const Node *node) { return node->kind == NODE_MESH && node->mesh->kind == MESH_MOUNTAIN; }
 
+static const ScaledMesh *scaled_mesh(const Compile *c, const Mesh *from)
+{
+    const ScaledMesh *s = c->memory->scaled;
+    while (s && s->from != from) s = s->next;
+    return s;
+}
+
 /* How a node's own surface looks. */
 static Shading shading_of(const Compile *c, const Node *node)
 {
     Shading s = {node->material, node->texture ? node->texture->loaded : NULL, node->bump};
     if (is_mountain(node)) {
         if (!s.material) s.material = c->memory->plain;
-        if (!s.texture) s.texture = node->mesh->height_bands;
+        const ScaledMesh *scaled = scaled_mesh(c, node->mesh->loaded);
+        if (!s.texture) s.texture = scaled ? scaled->height_bands : node->mesh->height_bands;
     }
     return s;
 }
@@ -276,30 +291,38 @@ static bool check_look(Compile *c, const Node *node)
 
 static Vec3 vec3_ldexp(Vec3 a, int e) { return vec3_make(ldexp(a.x, e), ldexp(a.y, e), ldexp(a.z, e)); }
 
-/* The node's mesh in floats' range, and the power of two that its objects' matrices must be multiplied by. A mountain
- * stays as it is: its colours go by its heights. NULL without memory. */
+/* The mesh divided by 2^exponent, and a mountain's colours, which go by its heights, with it. NULL without memory. */
+static const ScaledMesh *scale_mesh(Compile *c, const Node *node, Box bounds, int exponent)
+{
+    const Mesh *from = node->mesh->loaded;
+    ScaledMesh *s = malloc(sizeof *s + from->position_count * sizeof *s->position);
+    Texture *bands = is_mountain(node) ? height_texture_create(ldexp(bounds.hi.y, -exponent)) : NULL;
+    if (!s || (is_mountain(node) && !bands)) {
+        texture_destroy(bands);
+        free(s);
+        out_of_memory(c);
+        return NULL;
+    }
+    *s = (ScaledMesh){c->memory->scaled, from, *from, exponent, bands};
+    for (uint32_t i = 0; i < from->position_count; i++) s->position[i] = vec3_ldexp(from->position[i], -exponent);
+    s->mesh.position = s->position;
+    c->memory->scaled = s;
+    return s;
+}
+
+/* The node's mesh in floats' range, and the power of two that its objects' matrices must be multiplied by. NULL without
+ * memory. */
 static const Mesh *mesh_in_range(Compile *c, const Node *node, int *exponent)
 {
     const Mesh *from = node->mesh->loaded;
     *exponent = 0;
     Box b = mesh_bounds(from);
-    if (is_mountain(node) || box_is_empty(b)) return from;
+    if (box_is_empty(b)) return from;
     double reach = box_reach(b);
     if (!(reach > 0) || !isfinite(reach) || abs(ilogb(reach)) <= MESH_EXPONENT) return from;
-    ScaledMesh *s = c->memory->scaled;
-    while (s && s->from != from) s = s->next;
-    if (!s) {
-        s = malloc(sizeof *s + from->position_count * sizeof *s->position);
-        if (!s) {
-            out_of_memory(c);
-            return NULL;
-        }
-        *s = (ScaledMesh){c->memory->scaled, from, *from, ilogb(reach)};
-        for (uint32_t i = 0; i < from->position_count; i++)
-            s->position[i] = vec3_ldexp(from->position[i], -s->exponent);
-        s->mesh.position = s->position;
-        c->memory->scaled = s;
-    }
+    const ScaledMesh *s = scaled_mesh(c, from);
+    if (!s) s = scale_mesh(c, node, b, ilogb(reach));
+    if (!s) return NULL;
     *exponent = s->exponent;
     return &s->mesh;
 }
@@ -324,17 +347,21 @@ static Prim *made_mesh(const Compile *c, const Mesh *mesh, bool closed)
     return NULL;
 }
 
+/* Makes room for one more. */
+static bool grow_made(Compile *c)
+{
+    uint64_t capacity = c->made_capacity;
+    if (!grow(&c->made, sizeof *c->made, c->made_count + (uint64_t)1, &capacity)) return out_of_memory(c);
+    c->made_capacity = (uint32_t)capacity;
+    return true;
+}
+
 /* The primitive of a mesh, made once; again only if it was made without knowing that the mesh is closed. */
 static Prim *mesh_prim(Compile *c, const Mesh *mesh, bool closed)
 {
     Prim *made = made_mesh(c, mesh, closed);
     if (made) return made;
-    uint64_t capacity = c->made_capacity;
-    if (!grow(&c->made, sizeof *c->made, c->made_count + (uint64_t)1, &capacity)) {
-        out_of_memory(c);
-        return NULL;
-    }
-    c->made_capacity = (uint32_t)capacity;
+    if (!grow_made(c)) return NULL;
     Stopwatch w = stopwatch();
     MeshSettings settings = mesh_settings(c);
     Prim *prim = mesh_prim_create(mesh, closed, &settings, c->err);
@@ -419,6 +446,18 @@ static bool csg_tokens(Compile *c, const Node *csg, CsgWalk *w)
     return true;
 }
 
+/* Puts a line before the error: that of the operand with the token `bad`, or of the whole if there is none. */
+static void blame_operand(Compile *c, const Node *csg, const CsgWalk *w, size_t bad)
+{
+    if (bad >= w->token_count) {
+        err_prefix(c->err, csg->where);
+        return;
+    }
+    uint64_t leaf = 0;
+    for (size_t i = 0; i < bad; i++) leaf += w->token[i].is_leaf;
+    blame(c, w->leaf_node[leaf], ERR_SCENE, "has, as an operand, a singular matrix, or one too extreme to be inverted");
+}
+
 static bool make_csg(Compile *c, Geometry *g)
 {
     CsgWalk w = {0};
@@ -428,7 +467,7 @@ static bool make_csg(Compile *c, Geometry *g)
         g->prim = csg_create(w.token, w.token_count, &bad, c->err);
         g->csg = true;
         ok = g->prim != NULL;
-        if (!ok && bad != SIZE_MAX) err_prefix(c->err, g->node->where);
+        if (!ok) blame_operand(c, g->node, &w, bad);
     }
     if (ok) {
         g->leaf_node = w.leaf_node;
@@ -502,11 +541,7 @@ static bool too_many(Compile *c, const Node *node)
 
 static bool add_object(Compile *c, const Node *node, const Affine *to_world)
 {
-    if (c->object_count >= c->object_limit) {
-        err_set(c->err, ERR_LIMIT, "the scene has more than %" PRIu64 " objects, the limit by this machine's memory",
-                c->object_limit);
-        return err_prefix(c->err, node->where);
-    }
+    if (c->object_count >= c->object_limit) return too_many(c, node);
     Geometry *g = geometry(c, node);
     if (!g) return false;
     if (!grow(&c->objects, sizeof *c->objects, c->object_count + 1, &c->object_capacity)) return out_of_memory(c);
@@ -556,11 +591,15 @@ static bool count_symbol(void *context, SymbolMeaning meaning, const Affine *pla
     return ++n->count <= n->limit;
 }
 
-/* Counting takes a tenth of the time that drawing takes and no memory, so a tree that is far too large ends at once. */
+/* A tree that is far too large for certain ends at once. For others counting takes a tenth of the time that drawing takes,
+ * and no memory. */
 static bool count_tree(Compile *c, const Node *node)
 {
     SymbolCount n = {0, c->object_limit - c->object_count};
     *c->err = (Err){0};
+    LsystemCount fewest;
+    if (!lsystem_fewest(node->tree.grammar->loaded, node->tree.depth, &fewest, c->err)) return blame_file(c, node);
+    if (fewest.drawn > n.limit) return too_many(c, node);
     if (lsystem_walk(node->tree.grammar->loaded, node->tree.depth, node->tree.seed,
                      SYMBOLS_PER_OBJECT * c->object_limit, count_symbol, &n, c->err))
         return true;
@@ -611,63 +650,97 @@ static bool walk(Compile *c, size_t bottom)
 
 /* ---- baking ---- */
 
-/* Bumps turn normals in object space and height bands look at object-space heights, so those meshes stay as they are. */
-static bool may_bake(const Geometry *g)
+/* Whether any other geometry uses the mesh, or a CSG tree. */
+static bool is_shared(const Compile *c, const Geometry *g)
 {
-    return g->mesh && g->uses == 1 && g->mesh->triangle_count <= BAKE_TRIANGLES && !g->node->bump &&
-           (!is_mountain(g->node) || g->node->texture);
+    for (uint32_t i = 0; i < c->memory->geometry_count; i++)
+        if (&c->memory->geometry[i] != g && c->memory->geometry[i].mesh == g->mesh) return true;
+    return made_mesh(c, g->mesh, false) != NULL;
 }
 
+/* Meshes that aren't to be baked or placed get their primitives: mountains, too, as corners of theirs that lie on other
+ * faces' edges would be rounded off them. */
 static bool make_mesh_prims(Compile *c)
 {
+    uint64_t left = BAKE_TRIANGLES_ALL;
     for (uint32_t i = 0; i < c->memory->geometry_count; i++) {
         Geometry *g = &c->memory->geometry[i];
         if (!g->mesh) continue;
-        g->bake = may_bake(g);
-        if (g->bake) continue;
+        uint64_t most = left < BAKE_TRIANGLES ? left : BAKE_TRIANGLES, size = g->mesh->triangle_count;
+        bool may = !is_mountain(g->node);
+        g->bake = may && size * g->uses <= most;
+        g->place = may && !g->bake && size > BAKE_TRIANGLES && g->uses == 1 && !is_shared(c, g);
+        if (g->bake) left -= size * g->uses;
+        if (g->bake || g->place) continue;
         g->prim = mesh_prim(c, g->mesh, false);
         if (!g->prim) return false;
     }
     return true;
 }
 
-/* Takes the objects that are to be baked out of the list and puts one with all their triangles at its end. The
- * shadings of baked meshes stand together, in the same order. */
-static bool bake(Compile *c)
+/* The mesh of an object, and how it is brought to the world. */
+static bool baked_mesh(Compile *c, const Object *o, BakedMesh *baked)
 {
-    uint32_t count = 0;
-    for (uint32_t i = 0; i < c->memory->geometry_count; i++) count += c->memory->geometry[i].bake;
-    if (count == 0) return true;
-    BakedMesh *baked = malloc(count * sizeof *baked);
-    if (!baked) return out_of_memory(c);
-    uint32_t shading = c->shading_count, n = 0;
+    const Geometry *g = &c->memory->geometry[o->shading];
+    *baked = (BakedMesh){.mesh = g->mesh, .to_world = o->to_world};
+    return affine_inverse(&o->to_world, &baked->to_object) ||
+           blame(c, g->node, ERR_SCENE, "has a singular matrix, or one too extreme to be inverted");
+}
+
+static Prim *make_baked(Compile *c, const BakedMesh *baked, uint32_t count)
+{
+    Stopwatch w = stopwatch();
+    MeshSettings settings = mesh_settings(c);
+    Prim *prim = mesh_prim_bake(baked, count, &settings, c->err);
+    stop(w, &c->stats->bvh_wall_s, &c->stats->bvh_cpu_s);
+    return prim;
+}
+
+static bool place_mesh(Compile *c, Object *o)
+{
+    BakedMesh baked;
+    if (!baked_mesh(c, o, &baked) || !grow_made(c)) return false;
+    o->prim = make_baked(c, &baked, 1);
+    o->to_world = affine_identity();
+    if (o->prim) c->made[c->made_count++] = (MadeMesh){NULL, (Prim *)o->prim};
+    return o->prim != NULL;
+}
+
+/* Takes the objects that are to be baked out of the list and puts one with all their triangles at its end. Their shadings
+ * are the first ones, in the same order. */
+static bool bake_parts(Compile *c, BakedMesh *baked)
+{
+    struct WorldMemory *m = c->memory;
     uint64_t kept = 0;
-    bool ok = true;
-    for (uint64_t i = 0; ok && i < c->object_count; i++) {
+    uint32_t n = 0;
+    for (uint64_t i = 0; i < c->object_count; i++) {
         Object *o = &c->objects[i];
-        Geometry *g = &c->memory->geometry[o->shading];
+        const Geometry *g = &m->geometry[o->shading];
         if (!g->bake) {
+            if (g->place && !place_mesh(c, o)) return false;
             c->objects[kept++] = *o;
             continue;
         }
-        g->shading = c->shading_count++;
-        baked[n] = (BakedMesh){.mesh = g->mesh, .to_world = o->to_world};
-        ok = affine_inverse(&o->to_world, &baked[n++].to_object);
-        if (!ok) blame(c, g->node, ERR_SCENE, "has a singular matrix, or one too extreme to be inverted");
+        m->part_geometry[n] = o->shading;
+        if (!baked_mesh(c, o, &baked[n++])) return false;
     }
-    if (ok) {
-        Stopwatch w = stopwatch();
-        MeshSettings settings = mesh_settings(c);
-        c->memory->baked = mesh_prim_bake(baked, count, &settings, c->err);
-        stop(w, &c->stats->bvh_wall_s, &c->stats->bvh_cpu_s);
-        ok = c->memory->baked != NULL;
-    }
-    free(baked);
-    if (!ok) return false;
     c->object_count = kept;
-    c->objects[c->object_count++] =
-        (Object){.to_world = affine_identity(), .prim = c->memory->baked, .shading = shading};
-    return true;
+    if (n == 0) return true;
+    m->baked = make_baked(c, baked, n);
+    c->objects[c->object_count++] = (Object){.to_world = affine_identity(), .prim = m->baked, .shading = 0};
+    return m->baked != NULL;
+}
+
+static bool bake(Compile *c)
+{
+    struct WorldMemory *m = c->memory;
+    for (uint32_t i = 0; i < m->geometry_count; i++)
+        if (m->geometry[i].bake) m->part_count += (uint32_t)m->geometry[i].uses;
+    BakedMesh *baked = memory_array(m->part_count + (size_t)1, sizeof *baked);
+    m->part_geometry = memory_array(m->part_count + (size_t)1, sizeof *m->part_geometry);
+    bool ok = baked && m->part_geometry ? bake_parts(c, baked) : out_of_memory(c);
+    free(baked);
+    return ok;
 }
 
 /* ---- shadings ---- */
@@ -676,8 +749,8 @@ static bool bake(Compile *c)
 static bool make_shadings(Compile *c, World *world)
 {
     struct WorldMemory *m = c->memory;
+    c->shading_count = m->part_count;
     for (uint32_t i = 0; i < m->geometry_count; i++) {
-        if (m->geometry[i].bake) continue;
         m->geometry[i].shading = c->shading_count;
         c->shading_count += m->geometry[i].leaf_count;
     }
@@ -702,6 +775,8 @@ static bool make_shadings(Compile *c, World *world)
             if (s->material->mirror > 0) world->features |= FEATURE_MIRROR;
         }
     }
+    for (uint32_t i = 0; i < m->part_count; i++)
+        m->shadings[i] = m->shadings[m->geometry[m->part_geometry[i]].shading];
     for (uint64_t i = 0; i < c->object_count; i++)
         if (c->objects[i].prim != m->baked)
             c->objects[i].shading = m->geometry[c->objects[i].shading].shading;
@@ -726,8 +801,8 @@ static bool scale_objects(Compile *c, World *world)
     for (uint64_t i = 0; i < c->object_count; i++) {
         Object *o = &c->objects[i];
         const Geometry *g = &c->memory->geometry[o->shading];
-        if (!g->bake) o->prim = g->prim;
-        Box b = g->bake ? affine_box(&o->to_world, mesh_bounds(g->mesh)) : prim_bounds_in(g->prim, &o->to_world);
+        o->prim = g->prim;
+        Box b = !g->prim ? affine_box(&o->to_world, mesh_bounds(g->mesh)) : prim_bounds_in(g->prim, &o->to_world);
         if (box_is_empty(b)) continue;
         if (!finite_box(b)) return blame(c, g->node, ERR_SCENE, "reaches beyond the range of numbers");
         note_coarse(c, g->node, b);
@@ -750,12 +825,40 @@ static bool place_objects(Compile *c, BvhRef *ref)
         if (box_is_empty(b)) continue;
         if (!affine_inverse(&o.to_world, &o.to_object))
             return blame(c, node_of(c, &o), ERR_SCENE, "has a singular matrix, or one too extreme to be inverted");
+        double own = box_reach(o.prim->ops->bounds(o.prim));
+        c->beyond_floats = c->beyond_floats || (own > 0 && abs(ilogb(own)) > MESH_EXPONENT);
         o.in_world = memcmp(&o.to_world, &identity, sizeof identity) == 0;
         c->objects[kept] = o;
         ref[kept] = bvh_ref(boxf_from_box(b), (uint32_t)kept);
         kept++;
     }
     c->object_count = kept;
+    return true;
+}
+
+static ObjectView view_object(const Object *o)
+{
+    Box b = o->prim->ops->bounds(o->prim);
+    BoxF box = boxf_from_box(b);
+    ObjectView v = {.reach = boxf_up(box_reach(b))};
+    for (int a = 0; a < 3; a++) {
+        const double *m = o->to_object.m[a];
+        double size = fabs(m[0]) + fabs(m[1]) + fabs(m[2]);
+        for (int j = 0; j < 4; j++) v.m[a][j] = (float)m[j];
+        v.lo[a] = box.lo[a];
+        v.hi[a] = box.hi[a];
+        v.size = fmaxf(v.size, boxf_up(size * (1 + GAMMA(2))));
+        v.offset = fmaxf(v.offset, boxf_up(fabs(m[3])));
+        v.least_d[a] = fmaxf(VIEW_PARALLEL * (float)size, 0x1p-100f);
+    }
+    return v;
+}
+
+static bool view_objects(Compile *c)
+{
+    c->memory->views = memory_array((size_t)c->object_count + 1, sizeof *c->memory->views);
+    if (!c->memory->views) return out_of_memory(c);
+    for (uint64_t i = 0; i < c->object_count; i++) c->memory->views[i] = view_object(&c->objects[i]);
     return true;
 }
 
@@ -846,12 +949,14 @@ static bool compile(Compile *c, World *world)
     if (!c->memory->plain) return out_of_memory(c);
     if (!push(c, c->job->root, &identity) || !walk(c, 0)) return false;
     if (!make_mesh_prims(c) || !scale_objects(c, world) || !bake(c)) return false;
-    if (!build_bvh(c, world) || !make_shadings(c, world)) return false;
+    if (!build_bvh(c, world) || !view_objects(c) || !make_shadings(c, world)) return false;
     if (!place_lights(c, world)) return false;
     place_camera(c, world);
     c->stats->objects = c->object_count;
-    world->kernel = kernel_best(c->settings->cpu);
+    /* The others map rays to an object in float, products of which overflow there. The hits are the same. */
+    world->kernel = kernel_best(c->beyond_floats ? "scalar" : c->settings->cpu);
     world->objects = c->objects;
+    world->views = c->memory->views;
     world->object_count = (uint32_t)c->object_count;
     return true;
 }
@@ -913,13 +1018,16 @@ void world_destroy(World *world)
     prim_destroy(m->baked);
     for (ScaledMesh *s = m->scaled, *next; s; s = next) {
         next = s->next;
+        texture_destroy(s->height_bands);
         free(s);
     }
     free(m->made);
     free(m->geometry);
     free(m->objects);
+    free(m->views);
     free(m->shadings);
     free(m->lights);
+    free(m->part_geometry);
     free(m->plain);
     free(m);
     free(world);

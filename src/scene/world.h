@@ -34,6 +34,18 @@ typedef struct {
     bool in_world;      /* both maps are the identity: rays need no transform */
 } Object;
 
+/* An object as kernels see it that first ask in float whether rays may meet its box. */
+typedef struct {
+    float m[3][4];          /* Object.to_object, rounded */
+    float lo[3], hi[3];     /* the primitive's box in its own space, rounded outward */
+    float reach;            /* its greatest coordinate, rounded up, as are the next two */
+    float size, offset;     /* the greatest sum of a row's magnitudes in the linear part; the greatest in the last column */
+    float least_d[3];       /* directions whose components there are less count as that: VIEW_PARALLEL of the row's sum */
+} ObjectView;
+
+/* Over the way through the world it moves a point by less than a double's rounding. */
+#define VIEW_PARALLEL 0x1p-60f
+
 /* What the scene needs; the render loop is chosen by it. */
 enum {
     FEATURE_TEXTURE = 1 << 0,
@@ -47,6 +59,7 @@ struct Kernel;
 typedef struct World {
     const struct Kernel *kernel;  /* what traces its rays: kernel_best, or another for a test */
     const Object *objects;
+    const ObjectView *views; /* of each object */
     uint32_t object_count;
     Bvh bvh;                 /* over the objects' boxes */
     const Shading *shadings;

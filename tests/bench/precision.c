@@ -1,11 +1,14 @@
 /* Precision against time: for each primitive and solver, how far t is from the truth and what a ray costs, for the
- * textbook form in float and in double and for what the program uses. The same rays go to all of them; the truth is
+ * textbook form in float and in double, for a stable form in both (about the line's point nearest to the origin, roots
+ * without cancellation) and for what the program uses, which confirms a double. The same rays go to all of them; the truth is
  * that of the rays in double, from the implicit equations in __float128 (support/oracle.h), so an error in float has the
  * rounding of the ray to float in it, as it has in a program that keeps its rays in float.
  *
  *     precision [RAYS]
  *
- * A table to standard output, the same as build/precision.csv. Errors are in ulps of double of the true t, over the rays
+ * A table to standard output, the same as build/precision.csv. All forms take turns on a few thousand rays each time, in CPU
+ * time; "ratio" is to the textbook form in double in the same turn. Both are medians over all turns, so other work on the
+ * machine hardly changes the ratios. Errors are in ulps of double of the true t, over the rays
  * that both the oracle and the form say hit ahead of the origin; a ray that only one of them says hits is a wrong hit.
  *
  * The file includes itself with REAL defined: the textbook forms, once for each type. */
@@ -42,6 +45,17 @@ static inline REAL NAME(cubic)(REAL a, REAL b, REAL c)
     if (disc < 0) return 2 * sqrt(-p) * cos(acos(-q / sqrt(-p * p * p)) / 3) - a / 3;
     REAL s = sqrt(disc);
     return cbrt(s - q) - cbrt(s + q) - a / 3;
+}
+
+/* b is half of the linear coefficient; q = -(b + sign(b) sqrt(D)) doesn't cancel. */
+static inline int NAME(stable_roots)(REAL a, REAL b, REAL c, REAL root[2])
+{
+    REAL disc = b * b - a * c;
+    if (!(disc >= 0)) return 0;
+    REAL s = sqrt(disc), q = b < 0 ? s - b : -b - s;
+    root[0] = c / q;
+    root[1] = q / a;
+    return 2;
 }
 
 /* Ferrari's, as in Schwarze, "Cubic and quartic roots" (Graphics Gems, 1990). */
@@ -88,6 +102,33 @@ static inline REAL NAME(round)(const NAME(Ray) *ray, REAL k, REAL c0, REAL low, 
         if (y >= low && y <= high) best = NAME(nearer)(best, t[i]);
     }
     return best;
+}
+
+/* The same about the line's point nearest to the origin (Haines, Guenther, Akenine-Moeller, Ray Tracing Gems, 2019). */
+static inline REAL NAME(stable_round)(const NAME(Ray) *ray, REAL k, REAL c0, REAL low, REAL high)
+{
+    const REAL *o = ray->o, *d = ray->d;
+    REAL near = -NAME(dot)(o, d) / NAME(dot)(d, d), l[3], t[2], best = NAN;
+    for (int i = 0; i < 3; i++) l[i] = o[i] + near * d[i];
+    REAL a = d[0] * d[0] + d[2] * d[2] + k * d[1] * d[1], b = l[0] * d[0] + l[2] * d[2] + k * l[1] * d[1];
+    int n = NAME(stable_roots)(a, b, l[0] * l[0] + l[2] * l[2] + k * l[1] * l[1] + c0, t);
+    for (int i = 0; i < n; i++) {
+        REAL y = l[1] + t[i] * d[1];
+        if (y >= low && y <= high) best = NAME(nearer)(best, near + t[i]);
+    }
+    return best;
+}
+
+static inline REAL NAME(stable_sphere)(const NAME(Ray) *ray) { return NAME(stable_round)(ray, 1, -1, -INFINITY, INFINITY); }
+
+static inline REAL NAME(stable_cylinder)(const NAME(Ray) *ray)
+{
+    return NAME(disc)(ray, -1, NAME(disc)(ray, 1, NAME(stable_round)(ray, 0, -1, -1, 1)));
+}
+
+static inline REAL NAME(stable_cone)(const NAME(Ray) *ray)
+{
+    return NAME(disc)(ray, -1, NAME(stable_round)(ray, -1, 0, -1, 0));
 }
 
 static inline REAL NAME(cylinder)(const NAME(Ray) *ray)
@@ -185,6 +226,9 @@ static void NAME(rays_make)(const Ray *from, int count, NAME(Ray) *ray)
         (void)prim, (void)scratch;                                                                           \
         for (int i = 0; i < count; i++) t[i] = NAME(form)(&ray[i]);                                          \
     }
+RUN(stable_sphere)
+RUN(stable_cylinder)
+RUN(stable_cone)
 RUN(sphere)
 RUN(cylinder)
 RUN(cone)
@@ -203,6 +247,18 @@ static void NAME(run_quadratic)(const void *polys, int count, const Prim *prim, 
     for (int i = 0; i < count; i++) {
         REAL root[2], best = NAN;
         int n = NAME(quadratic)(p[i].c[2], p[i].c[1], p[i].c[0], root);
+        for (int k = 0; k < n; k++) best = NAME(nearer)(best, root[k]);
+        t[i] = best;
+    }
+}
+
+static void NAME(run_stable_quadratic)(const void *polys, int count, const Prim *prim, Scratch *scratch, double *t)
+{
+    const NAME(Poly) *p = polys;
+    (void)prim, (void)scratch;
+    for (int i = 0; i < count; i++) {
+        REAL root[2], best = NAN;
+        int n = NAME(stable_roots)(p[i].c[2], p[i].c[1] / 2, p[i].c[0], root);
         for (int k = 0; k < n; k++) best = NAME(nearer)(best, root[k]);
         t[i] = best;
     }
@@ -235,7 +291,7 @@ static void NAME(run_quartic)(const void *polys, int count, const Prim *prim, Sc
 #include "support/oracle.h"
 #include "tools/polyroots.h"
 
-enum { SEED = 20261122, RAYS = 1 << 17, PASSES = 9, FORMS = 6 };
+enum { SEED = 20261122, RAYS = 1 << 17, PASSES = 9, FORMS = 6, TURN_RAYS = 4096 };
 
 #define MINOR 0.25
 
@@ -261,6 +317,24 @@ static void run_program(const void *rays, int count, const Prim *prim, Scratch *
     for (int i = 0; i < count; i++) {
         Hit hit = {.object = HIT_NONE};
         t[i] = prim->ops->intersect(prim, &ray[i], &hit, scratch) ? hit.t : (double)NAN;
+    }
+}
+
+/* Algorithm 1010 in double about the point nearest to the origin, unpolished; what it can't vouch for is a miss. */
+static void run_stable_torus(const void *rays, int count, const Prim *prim, Scratch *scratch, double *t)
+{
+    const Ray_double *ray = rays;
+    (void)prim, (void)scratch;
+    for (int i = 0; i < count; i++) {
+        const double *o = ray[i].o, *d = ray[i].d;
+        double dd = dot_double(d, d), near = -dot_double(o, d) / dd, scale = 1 / sqrt(dd), l[3], root[4];
+        for (int k = 0; k < 3; k++) l[k] = o[k] + near * d[k];
+        double k = dot_double(l, l) + 1 - MINOR * MINOR, a = (d[0] * d[0] + d[2] * d[2]) / dd;
+        double b = (l[0] * d[0] + l[2] * d[2]) * scale, c = l[0] * l[0] + l[2] * l[2];
+        int n;
+        t[i] = NAN;
+        if (!poly_quartic_guess((double[4]){k * k - 4 * c, -8 * b, 2 * k - 4 * a, 0}, root, &n)) continue;
+        for (int j = 0; j < n; j++) t[i] = nearer_double(t[i], near + root[j] * scale);
     }
 }
 
@@ -433,20 +507,23 @@ typedef struct {
 
 #define TEXTBOOK(form) \
     {"textbook float", FLOAT_RAYS, run_##form##_float}, {"textbook double", DOUBLE_RAYS, run_##form##_double}
+#define STABLE(form) \
+    {"stable float", FLOAT_RAYS, run_stable_##form##_float}, {"stable double", DOUBLE_RAYS, run_stable_##form##_double}
 #define PROGRAM {"program", PROGRAM_RAYS, run_program}
 
 static const Subject SUBJECT[] = {
-    {"sphere", sphere_truth, 0, sphere_limb, {0, 0, 0}, 1, {TEXTBOOK(sphere), PROGRAM}},
-    {"cylinder", cylinder_truth, 0, cylinder_limb, {0, 0, 0}, M_SQRT2, {TEXTBOOK(cylinder), PROGRAM}},
-    {"cone", cone_truth, 0, cone_limb, {0, -0.5, 0}, 1.12, {TEXTBOOK(cone), PROGRAM}},
+    {"sphere", sphere_truth, 0, sphere_limb, {0, 0, 0}, 1, {TEXTBOOK(sphere), STABLE(sphere), PROGRAM}},
+    {"cylinder", cylinder_truth, 0, cylinder_limb, {0, 0, 0}, M_SQRT2, {TEXTBOOK(cylinder), STABLE(cylinder), PROGRAM}},
+    {"cone", cone_truth, 0, cone_limb, {0, -0.5, 0}, 1.12, {TEXTBOOK(cone), STABLE(cone), PROGRAM}},
     {"cube", cube_truth, 0, cube_limb, {0.5, 0.5, 0.5}, 0.87, {TEXTBOOK(cube), PROGRAM}},
-    {"torus", torus_truth, 0, torus_limb, {0, 0, 0}, 1 + MINOR, {TEXTBOOK(torus), PROGRAM}},
+    {"torus", torus_truth, 0, torus_limb, {0, 0, 0}, 1 + MINOR,
+     {TEXTBOOK(torus), {"stable double", DOUBLE_RAYS, run_stable_torus}, PROGRAM}},
     {"triangle", triangle_truth, 0, triangle_limb, {0, 0, 0}, 1,
      {TEXTBOOK(triangle), {"Moeller-Trumbore float", FLOAT_RAYS, run_moeller_trumbore_float},
       {"Moeller-Trumbore double", DOUBLE_RAYS, run_moeller_trumbore_double}, {"one triangle", PROGRAM_RAYS, run_cut},
       PROGRAM}},
     {"quadratic", NULL, 2, sphere_limb, {0, 0, 0}, 1,
-     {TEXTBOOK(quadratic), {"program", DOUBLE_RAYS, run_poly_quadratic}}},
+     {TEXTBOOK(quadratic), STABLE(quadratic), {"program", DOUBLE_RAYS, run_poly_quadratic}}},
     {"quartic", NULL, 4, torus_limb, {0, 0, 0}, 1 + MINOR,
      {TEXTBOOK(quartic), {"program", DOUBLE_RAYS, run_poly_quartic}}},
 };
@@ -574,11 +651,11 @@ static double median(double *x, int n)
 static double now_ns(void)
 {
     struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
     return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
 }
 
-static void report(FILE *csv, const Subject *s, Set set, const Form *f, const Rays *r, double ns)
+static void report(FILE *csv, const Subject *s, Set set, const Form *f, const Rays *r, double ns, double ratio)
 {
     int wrong = 0, hits = 0;
     for (int i = 0; i < r->count; i++) {
@@ -589,27 +666,48 @@ static void report(FILE *csv, const Subject *s, Set set, const Form *f, const Ra
     }
     double middle = median(r->error, hits), worst = hits ? r->error[hits - 1] : (double)NAN;
     double wrong_rate = 1e9 * wrong / r->count;
-    printf("%-10s %-9s %-24s %8d %11.3g %11.3g %12.0f %8.1f\n", s->name, SET_NAME[set], f->name, hits, middle, worst,
-           wrong_rate, ns);
-    fprintf(csv, "%s,%s,%s,%d,%d,%.4g,%.4g,%.0f,%.1f\n", s->name, SET_NAME[set], f->name, r->count, hits, middle, worst,
-            wrong_rate, ns);
+    printf("%-10s %-9s %-24s %8d %11.3g %11.3g %12.0f %8.1f %7.2f\n", s->name, SET_NAME[set], f->name, hits, middle,
+           worst, wrong_rate, ns, ratio);
+    fprintf(csv, "%s,%s,%s,%d,%d,%.4g,%.4g,%.0f,%.1f,%.3f\n", s->name, SET_NAME[set], f->name, r->count, hits, middle, worst,
+            wrong_rate, ns, ratio);
 }
 
-/* All forms on one set of rays, timed in turn so that what slows the machine down slows all of them. */
+enum { TEXTBOOK_DOUBLE = 1 };   /* among a subject's forms */
+
+/* Rays from the `first` on, or a solver's polynomials. */
+static const char *input_at(const Rays *r, const Subject *s, Input input, int first)
+{
+    static const size_t RAY[] = {sizeof(Ray_float), sizeof(Ray_double), sizeof(Ray)};
+    static const size_t POLY[] = {sizeof(Poly_float), sizeof(Poly_double)};
+    return (const char *)r->input[input] + (size_t)first * (s->truth ? RAY : POLY)[input];
+}
+
+/* All forms on one set of rays, in turns so short that other work seldom falls into one, and then into none of the rest. */
 static void measure(FILE *csv, const Subject *s, Set set, const Prim *prim, Scratch *scratch, Rays *r)
 {
     rays_fill(r, s, set);
-    double ns[FORMS][PASSES];
+    int parts = (r->count + TURN_RAYS - 1) / TURN_RAYS, turns = 0;
+    double *ns[FORMS], *ratio[FORMS];
+    for (int f = 0; f < FORMS; f++) {
+        ns[f] = malloc(2 * (size_t)(parts * PASSES) * sizeof *ns[f]);
+        CHECK(ns[f]);
+        ratio[f] = ns[f] + parts * PASSES;
+    }
     for (int pass = 0; pass < PASSES; pass++)
-        for (int f = 0; f < FORMS && s->form[f].run; f++) {
-            double begin = now_ns();
-            s->form[f].run(r->input[s->form[f].input], r->count, prim, scratch, r->t);
-            ns[f][pass] = (now_ns() - begin) / r->count;
+        for (int part = 0; part < parts; part++, turns++) {
+            int first = part * TURN_RAYS, count = r->count - first < TURN_RAYS ? r->count - first : TURN_RAYS;
+            for (int f = 0; f < FORMS && s->form[f].run; f++) {
+                double begin = now_ns();
+                s->form[f].run(input_at(r, s, s->form[f].input, first), count, prim, scratch, r->t);
+                ns[f][turns] = (now_ns() - begin) / count;
+            }
+            for (int f = 0; f < FORMS && s->form[f].run; f++) ratio[f][turns] = ns[f][turns] / ns[TEXTBOOK_DOUBLE][turns];
         }
     for (int f = 0; f < FORMS && s->form[f].run; f++) {
         s->form[f].run(r->input[s->form[f].input], r->count, prim, scratch, r->t);
-        report(csv, s, set, &s->form[f], r, median(ns[f], PASSES));
+        report(csv, s, set, &s->form[f], r, median(ns[f], turns), median(ratio[f], turns));
     }
+    for (int f = 0; f < FORMS; f++) free(ns[f]);
     fflush(stdout);
 }
 
@@ -629,8 +727,9 @@ int main(int argc, char **argv)
     CHECK(scratch.arena);
 
     printf("%d rays a set, seed %d; errors in ulps of double; wrong hits per 10^9 rays\n", count, SEED);
-    printf("%-10s %-9s %-24s %8s %11s %11s %12s %8s\n", "", "rays", "form", "hits", "median", "worst", "wrong", "ns/ray");
-    fprintf(csv, "subject,rays,form,count,hits,median_ulps,worst_ulps,wrong_per_1e9,ns_per_ray\n");
+    printf("%-10s %-9s %-24s %8s %11s %11s %12s %8s %7s\n", "", "rays", "form", "hits", "median", "worst", "wrong", "ns/ray",
+           "ratio");
+    fprintf(csv, "subject,rays,form,count,hits,median_ulps,worst_ulps,wrong_per_1e9,ns_per_ray,ratio\n");
     for (int i = 0; i < SUBJECTS; i++) {
         Prim *prim = prim_of(&SUBJECT[i], &mesh);
         CHECK(prim || !SUBJECT[i].truth);

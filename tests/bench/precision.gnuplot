@@ -6,9 +6,9 @@ set output "build/precision." . kind
 set datafile separator ","
 csv = "build/precision.csv"
 subjects = "sphere cylinder cone cube torus triangle quadratic quartic"
-forms = "'textbook float' 'textbook double' 'Moeller-Trumbore float' 'Moeller-Trumbore double' 'one triangle' 'program'"
-array colour[6] = ["#d95f02", "#1b6ca8", "#c79a00", "#3fa7d6", "#7570b3", "#117733"]
-array mark[6] = [5, 7, 4, 6, 9, 13]
+forms = "'textbook float' 'textbook double' 'stable float' 'stable double' 'Moeller-Trumbore float' 'Moeller-Trumbore double' 'one triangle' 'program'"
+array colour[8] = ["#d95f02", "#1b6ca8", "#e7298a", "#66a61e", "#c79a00", "#3fa7d6", "#7570b3", "#117733"]
+array mark[8] = [5, 7, 8, 10, 4, 6, 9, 13]
 is(subject, form) = strcol(1) eq subject && strcol(3) eq form
 letter(set) = substr(set, 1, 1)
 
@@ -19,8 +19,9 @@ set ytics 1e4
 set mytics 4
 set grid lc rgb "#cccccc"
 unset key
-do for [i = 1:6] {
-    set label i word(forms, i) at screen 0.07 + 0.155 * (i - 1), screen 0.025 point pt mark[i] ps 1.2 lc rgb colour[i] \
+array place[8] = [0.04, 0.15, 0.27, 0.37, 0.48, 0.635, 0.8, 0.91]
+do for [i = 1:8] {
+    set label i word(forms, i) at screen place[i], screen 0.025 point pt mark[i] ps 1.2 lc rgb colour[i] \
         textcolor rgb colour[i] offset character 1,0
 }
 set multiplot layout 4,4 margins 0.055,0.985,0.085,0.94 spacing 0.045,0.065 \
@@ -34,7 +35,7 @@ do for [row = 0:3] {
         if (name eq "triangle") { set xrange [8:300] }
         if (k == 1) { set ylabel "ulps" offset 1,0 } else { unset ylabel }
         if (row == 3) { set xlabel "ns per ray" } else { unset xlabel }
-        plot for [i = 1:6] csv using (is(name, word(forms, i)) ? $9 : NaN):(column(error) > 0.15 ? column(error) : 0.15): \
+        plot for [i = 1:8] csv using (is(name, word(forms, i)) ? $9 : NaN):(column(error) > 0.15 ? column(error) : 0.15): \
                  (letter(strcol(2))) with labels point pt mark[i] ps 0.9 lc rgb colour[i] left offset character 0.6,0.15 \
                  textcolor rgb colour[i]
     }

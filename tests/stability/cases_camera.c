@@ -116,11 +116,34 @@ static void up_near_view(Row *row, uint64_t trials)
     quad_scene_decided(row, undecided, UNDECIDED);
 }
 
+/* A sphere that nearly fills the picture from 1e2 to 1e12 radii away. The eye's coordinates are the largest. */
+static void sphere_from_afar(Row *row, uint64_t trials)
+{
+    Rng rng = rng_seed(1, 1);
+    uint64_t undecided = 0;
+    for (uint64_t i = 0; row->trials < trials; i++) {
+        double far = pow(10, 2 + (double)(i % 11)), radius = pow(2, uniform(&rng, -20, 20)), distance = far * radius;
+        QuadScene s = {.solids = 1, .ambient = {1, 1, 1}, .width = WIDTH, .height = HEIGHT};
+        s.solid[0] = quad_sphere(0, 0, 0, radius);
+        quad_set_vec(s.eye, vec3_scale(random_direction(&rng), distance));
+        quad_set_vec(s.up, random_direction(&rng));
+        quad_look_at(&s, vec3_make(0, 0, 0));
+        s.fov_deg = atan(uniform(&rng, 1.1, 2) / far) * (360 / M_PI);
+        s.slack = QUAD_SPACINGS * ldexp(1, ilogb(distance) - 52);
+        s.turn = 16 * UNIT_ROUNDOFF;
+        char what[100];
+        snprintf(what, sizeof what, "picture %llu, from 1e%g radii", (unsigned long long)i, log10(far));
+        quad_scene_check(row, &s, &undecided, what);
+    }
+    quad_scene_decided(row, undecided, UNDECIDED);
+}
+
 #define PICTURES(n) ((uint64_t)(n) * WIDTH * HEIGHT)
 
 const StabilityCase camera_cases[] = {
+    {1, "the same in pictures", "quad", "", PICTURES(11), PICTURES(154), PICTURES(1540), sphere_from_afar},
     {41, "fov 1e-9 ... 179.9999999, 1 x 1, 1 x 65,535", "quad", "", PICTURES(16), PICTURES(200), PICTURES(2000),
      fields_of_view},
-    {41, "up nearly parallel to view", "quad", "", PICTURES(15), PICTURES(150), PICTURES(1500), up_near_view},
+    {41, "up nearly parallel to view", "quad", "", PICTURES(17), PICTURES(150), PICTURES(1500), up_near_view},
     {0},
 };

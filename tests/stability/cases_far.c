@@ -1,7 +1,8 @@
-/* A scene that is moved 1e9 ... 1e15 from the origin: hits may be off by the spacing of the numbers there,
- * no more. */
+/* A scene that is moved 1e9 ... 1e15 from the origin: it may be off by the spacing of the numbers there, no more, and the
+ * program says when that shows. */
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "accel/accel.h"
 #include "common/arena.h"
@@ -10,9 +11,13 @@
 #include "support/check.h"
 #include "support/world_fixture.h"
 
+enum { WIDTH = 96, HEIGHT = 72 };
+
 static double spacing_at(double x) { return ldexp(1, ilogb(x) - 52); }
 
 static double far_away(Rng *rng) { return pow(10, uniform(rng, 9, 15)) * (rng_u32(rng) % 2 ? 1 : -1); }
+
+/* ---- hits ---- */
 
 typedef struct {
     Prim *(*create)(void);
@@ -101,7 +106,7 @@ static void shoot(Row *row, Rng *rng, const Shape *shape, uint64_t seed, Scratch
         Vec3 d = vec3_sub(vec3_at(place, size, aim), origin[i]);
         ray[i] = (Ray){vec3_scale(origin[i], world), vec3_scale(d, world), 0, INFINITY};
     }
-    world_intersect(f.world, ray, hit, RAYS, scratch);
+    world_intersect(f.world, ray, NULL, hit, RAYS, scratch);
     for (int i = 0; i < RAYS; i++) {
         Ray own = own_ray(origin[i], vec3_scale(ray[i].d, 1 / world), place, size);
         judge(row, shape, &own, &hit[i], QUAD_SPACINGS * spacing / size, seed);
@@ -118,7 +123,78 @@ static void hits_far_away(Row *row, uint64_t trials)
     arena_destroy(scratch.arena);
 }
 
+/* ---- pictures ---- */
+
+/* a + b on the grid of the greatest coordinate, so that differences are exact. */
+static double on_grid(double x, double spacing) { return rint(x / spacing) * spacing; }
+
+static void move(QuadScene *s, double size, Vec3 t, double spacing)
+{
+    double by[3] = {t.x, t.y, t.z};
+    for (int k = 0; k < 3; k++) {
+        for (int i = 0; i < s->solids; i++) {
+            QuadSolid *q = &s->solid[i];
+            q->at[k] = on_grid(q->at[k] * size + by[k], spacing);
+            q->size[k] = fmax(on_grid(q->size[k] * size, spacing), spacing);
+        }
+        s->eye[k] = on_grid(s->eye[k] * size + by[k], spacing);
+        s->light[0].at[k] = on_grid(s->light[0].at[k] * size + by[k], spacing);
+    }
+}
+
+/* Whether the rule of the warning says that the scene is drawn coarsely. A factor of 2 either way is left open. */
+static int is_coarse(const QuadScene *s, double reach)
+{
+    double least = INFINITY;
+    for (int i = 0; i < s->solids; i++) {
+        const double *z = s->solid[i].size;
+        least = fmin(least, s->solid[i].box ? fmax(z[0], fmax(z[1], z[2])) : 2 * z[0]);
+    }
+    double moved = QUAD_SPACINGS * spacing_at(reach) * WIDTH / least;
+    return moved > 2 ? 1 : moved < 0.5 ? -1 : 0;
+}
+
+static void picture_far_away(Row *row, Rng *rng, uint64_t number)
+{
+    double t = far_away(rng), spacing = spacing_at(t) * 2;
+    double size = spacing * pow(10, uniform(rng, 1.5, 10));
+    QuadScene s = {.solids = 3, .ambient = {0.1, 0.1, 0.1}, .background = {0, 0, 0.5}, .up = {0, 1, 0}, .fov_deg = 40,
+                   .width = WIDTH, .height = HEIGHT, .max_depth = 4, .slack = QUAD_SPACINGS * spacing,
+                   .eye = {uniform(rng, -3, 3), uniform(rng, 1, 4), 6}};
+    s.solid[0] = quad_box(-4, -1, -4, 8, 1, 8);
+    s.solid[1] = quad_sphere(uniform(rng, -1, 1), 1.2, 0, 1);
+    s.solid[2] = quad_box(uniform(rng, -2, 1), 0.25, 1.5, 0.5, 0.75, 1);
+    s.solid[0].making = rng_u32(rng) % 3;
+    s.solid[1].making = rng_u32(rng) % 2 ? MADE_PLAIN : MADE_CSG;
+    s.solid[2].making = rng_u32(rng) % 3;
+    quad_add_light(&s, vec3_make(uniform(rng, -4, 4), 5, 5), 0.8, 1, 0, 0);
+    Vec3 place = vec3_make(t, rng_u32(rng) % 2 ? t : -t, rng_u32(rng) % 2 ? t : 0);
+    move(&s, size, place, spacing);
+    quad_look_at(&s, vec3_make(s.solid[1].at[0], s.solid[1].at[1], s.solid[1].at[2]));
+    s.turn = s.slack / size;
+    char what[100];
+    snprintf(what, sizeof what, "picture %llu, %.2e from the origin, size %.2e", (unsigned long long)number, t, size);
+    Picture picture = quad_scene_picture(&s);
+    double n = (double)quad_scene_compare(row, &s, &picture, what);
+    row_trial(row, n <= (0.02 + 20 * s.slack / size) * WIDTH * HEIGHT, "%s: %g pixels are undecided", what, n);
+    int coarse = is_coarse(&s, fabs(t));
+    bool told = picture.warnings == 1 && strstr(picture.warning, "stability_quad.lua:") && strstr(picture.warning, " apart: ");
+    row_trial(row, coarse == 0 || (coarse > 0 ? told : picture.warnings == 0), "%.50s: %u warnings: %.60s", what,
+              picture.warnings, picture.warning);
+    picture_free(&picture);
+}
+
+static void pictures_far_away(Row *row, uint64_t trials)
+{
+    Rng rng = rng_seed(10, 2);
+    for (uint64_t i = 0; i < (trials + WIDTH * HEIGHT - 1) / (WIDTH * HEIGHT); i++) picture_far_away(row, &rng, i);
+}
+
+#define PICTURES(n) ((uint64_t)(n) * WIDTH * HEIGHT)
+
 const StabilityCase far_cases[] = {
     {10, "hits 1e9 ... 1e15 from the origin", "interval", "", 40000, 2000000, 20000000, hits_far_away},
+    {10, "pictures 1e9 ... 1e15 from the origin, warned", "interval",
+     "POV-Ray, by 1e10: 19,758 wrong pixels of 400x300", PICTURES(10), PICTURES(150), PICTURES(1500), pictures_far_away},
     {0},
 };

@@ -17,7 +17,7 @@ static bool placed_hit(Subject *s, const Affine *to_object, const Ray *ray, Hit 
 {
     Ray inner = {affine_point(to_object, ray->o), affine_vector(to_object, ray->d), ray->tmin, ray->tmax};
     if (!subject_hit(s, &inner, hit)) return false;
-    s->prim->ops->surface(s->prim, &inner, hit, at);
+    s->prim->ops->surface(s->prim, &inner, hit, true, at);
     return true;
 }
 

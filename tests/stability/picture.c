@@ -34,7 +34,9 @@ static bool draw(void *context, const RenderJob *job, Err *err)
     picture->rgb = malloc((size_t)3 * job->width * job->height);
     CHECK(picture->rgb != NULL);
     RenderStats stats;
-    bool ok = render(world, &s, picture->rgb, &stats, err);
+    RenderOutcome outcome;
+    bool ok = render(world, &s, picture->rgb, &stats, &outcome, err);
+    if (ok) outcome_destroy(&outcome);
     if (ok && stats.not_finite > 0) ok = err_set(err, ERR_SCENE, "a sample is no number");
     world_destroy(world);
     return ok;

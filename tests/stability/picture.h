@@ -16,7 +16,7 @@ typedef struct {
 } Picture;
 
 /* Runs the script with the words as its arg[1], arg[2], ..., ended by NULL, and keeps the last picture that it renders.
- * `name` is the file's, below build/test-tmp/. A sample that is no number makes rendering fail. */
+ * `name` is the file's (test_file.h). A sample that is no number makes rendering fail. */
 Picture picture_run(const char *name, const char *script, const char *const *words);
 void picture_free(Picture *picture);
 

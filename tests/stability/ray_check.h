@@ -1,5 +1,5 @@
-/* One line through one primitive against the oracles: crossings in quad, and, where asked for, the claimed bound of each
- * crossing by the implicit inequality in MPFR at 200 bits. */
+/* One line through one primitive against the oracles: crossings in quad, and by the implicit inequality in MPFR at 200 bits
+ * what quad can't decide and, where asked for, the claimed bound of each crossing. */
 #ifndef RT_TESTS_STABILITY_RAY_CHECK_H
 #define RT_TESTS_STABILITY_RAY_CHECK_H
 
@@ -15,7 +15,8 @@ typedef struct {
     double minor;        /* of a torus */
     Prim *prim;
     Scratch scratch;
-    struct Precise *mp;  /* NULL: quad only */
+    bool precise;        /* all bounds by MPFR */
+    struct Precise *mp;
 } Subject;
 
 /* Ends the program without memory. */
@@ -26,8 +27,7 @@ const char *subject_name(const Subject *s);
 bool subject_hit(Subject *s, const Ray *ray, Hit *hit);
 void subject_truth(const Subject *s, const Ray *ray, Truth *truth);
 
-/* Compares the crossings of the whole line, t > tmin only for the hit, and counts a trial. False if a crossing is at a
- * distance that a double hardly holds: no trial was counted then. */
+/* Compares the crossings of the whole line, t > tmin only for the hit, and counts a trial. Whether it passed. */
 bool check_ray(Row *row, Subject *s, const Ray *ray, uint64_t seed);
 
 /* Outward normal of the surface nearest to p, of any length. */

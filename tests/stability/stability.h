@@ -9,8 +9,8 @@
 typedef struct {
     uint64_t trials, failures;
     uint64_t undecided;      /* trials that the oracle's own precision could not judge: no evidence */
-    double undecided_most;   /* the share of them that a case may have; 0: one in a thousand */
     double t_ulps, n_ulps;   /* greatest error of t and of the normal seen, in units of the last place; 0: not measured */
+    double loose;            /* greatest bound on t that the program claimed, over the error that t's condition explains */
     char first[160];         /* the first failure: enough to repeat it */
 } Row;
 

@@ -137,6 +137,11 @@ static void must_differ(Truth *truth, Quad figure, Quad err)
     if (err > 0) truth->sure = q_min(truth->sure, q_abs(figure) / err);
 }
 
+static void may_touch(Truth *truth, Quad t)
+{
+    if (q_abs(t) <= DBL_MAX && truth->doubts < DOUBTS_MOST) truth->doubt[truth->doubts++] = t;
+}
+
 /* The quadric sum of sign[i] x_i^2 + k along the line, a r^2 + 2 b r + c, and the errors of a, b, c. */
 typedef struct { Quad a, b, c, ea, eb, ec; } QForm;
 
@@ -168,6 +173,7 @@ static int form_roots(const QForm *f, const QLine *l, QCrossing x[2], Truth *tru
     Quad e_disc = Q_ERR * (f->b * f->b + q_abs(f->a * f->c)) + 2 * q_abs(f->b) * f->eb + q_abs(f->a) * f->ec +
                   q_abs(f->c) * f->ea;
     must_differ(truth, disc, e_disc);
+    if (f->a != 0) may_touch(truth, l->t0 - f->b / f->a);
     if (disc <= 0) return 0;
     Quad root = q_sqrt(disc), q = f->b < 0 ? -f->b + root : -f->b - root;
     Quad eq = f->eb + e_disc / root + Q_ERR * q_abs(q), r[2] = {f->c / q, f->a == 0 ? 0 : q / f->a};
@@ -185,6 +191,7 @@ static int form_roots(const QForm *f, const QLine *l, QCrossing x[2], Truth *tru
 static void finish_interval(QCrossing in, QCrossing out, Truth *truth)
 {
     must_differ(truth, out.t - in.t, in.err + out.err);
+    may_touch(truth, (in.t + out.t) / 2);
     truth->n = 0;
     if (in.t >= out.t) return;
     truth->t[0] = in.t;
@@ -267,6 +274,7 @@ static bool apex_line(const Ray *ray, Truth *truth)
     bool open = a > 0 && a < HARDLY_FLATTER * d[1] * d[1];
     *truth = (Truth){.t = {q_min(t, base), q_max(t, base)}, .n = a > 0 ? 0 : 2, .sure = open ? 0 : Q_FAR};
     truth->err[base < t ? 0 : 1] = Q_ERR * q_abs(base);
+    may_touch(truth, t);
     return true;
 }
 
@@ -286,6 +294,7 @@ void cone_truth(double minor, const Ray *ray, Truth *truth)
     for (int i = 0; i < roots; i++) {
         must_differ(truth, x[i].t - in.t, x[i].err + in.err);
         must_differ(truth, x[i].t - out.t, x[i].err + out.err);
+        may_touch(truth, x[i].t);
         if (x[i].t > cut[n - 1].t && x[i].t < out.t) cut[n++] = x[i];
     }
     cut[n] = out;
@@ -326,7 +335,10 @@ void torus_truth(double minor, const Ray *ray, Truth *truth)
     stop[0] = -limit;
     stop[stops + 1] = limit;
     int n = roots_between(p, derivative, 4, stop, stops, root);
-    for (int i = 1; i <= stops; i++) must_differ(truth, poly(p, 4, stop[i]), poly_error(p, err, 4, stop[i]));
+    for (int i = 1; i <= stops; i++) {
+        must_differ(truth, poly(p, 4, stop[i]), poly_error(p, err, 4, stop[i]));
+        may_touch(truth, l.t0 + stop[i]);
+    }
     /* the inner sheet of a spindle, |p|^2 + 1 - m^2 < 0, bounds nothing */
     const Quad g[3] = {k, 2 * b, a}, eg[3] = {ek, 2 * all.eb, all.ea};
     for (int i = 0; i < n; i++) {

@@ -21,11 +21,15 @@ Quad poly(const Quad *c, int degree, Quad x);
 /* All real roots in (lo, hi) where the polynomial changes its sign, ascending: between the roots of its derivative. */
 int poly_roots(const Quad *c, int degree, Quad lo, Quad hi, Quad *root);
 
+enum { DOUBTS_MOST = 8 };
+
 /* Crossings of the whole line, in pairs, ascending, each with a bound on what quad precision itself got wrong. */
 typedef struct {
     Quad t[4], err[4];
     int n;
     Quad sure;   /* how many times its own error separates the line from another number of crossings */
+    Quad doubt[DOUBTS_MOST];   /* the places where two crossings may come or go */
+    int doubts;
 } Truth;
 
 static inline bool truth_decided(const Truth *truth) { return truth->sure >= 4; }

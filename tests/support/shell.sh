@@ -1,7 +1,9 @@
 # For shell tests, sourced after `cd` to the project's root: counts and says what passed.
 RT=${RT:-./rt}
-TMP=build/test-tmp/$(basename "$0" .sh)
-rm -rf "$TMP" && mkdir -p "$TMP"
+# The files of this run, which another one of the same script doesn't touch.
+mkdir -p build/test-tmp && TMP=$(mktemp -d "build/test-tmp/$(basename "$0" .sh).XXXXXX") || exit 1
+chmod 755 "$TMP"
+trap 'rm -rf "$TMP"' EXIT
 failures=0
 
 ok() { echo "ok $1"; }

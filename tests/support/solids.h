@@ -63,10 +63,11 @@ const Edge *solid_edge(const SegList *list, uint32_t i);
 void solid_print_ray(const char *name, const Ray *ray);
 void solid_print_list(const char *name, const SegList *list);
 
-/* The greatest thickness of a Difference that two ways to make the same solid may have. A face is placed by a matrix of up
- * to four products of four roundings, its inverse by as many, the ray's transform adds four for the origin and four for
- * the way: 24 for each solid. The absolute values in the rows of a rotation and of its inverse add up to sqrt(3) each, so
- * with both that is 2 x 24 x 3. */
+/* The greatest thickness of a Difference that two ways to make the same solid may have. The place of a face on a line has
+ * 24 roundings behind it, each of a sum of coordinates: 16 of the matrix or of its inverse, whichever was rounded more (up to
+ * four products of four roundings), 4 of the ray's origin and 4 of its way in the leaf's space. The absolute values in the
+ * rows of a rotation and of its inverse add up to sqrt(3) each, so along the normal that is 24 x 3 for one face, and there
+ * are two. A', placed by eight products, gets no more. */
 #define SOLID_THICKEST 144
 
 /* The oracle: each leaf's inverse (of the analytic shapes), and whether the list is inside where the set of points is. */

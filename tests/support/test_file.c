@@ -2,23 +2,52 @@
 
 #include <dirent.h>
 #include <errno.h>
+#include <ftw.h>
+#include <stdbool.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
 #include "support/check.h"
 
-#define FOLDER "build/test-tmp/"
+#define PARENT "build/test-tmp"
+
+static char own_folder[] = PARENT "/XXXXXX";
+
+static int remove_entry(const char *path, const struct stat *st, int kind, struct FTW *place)
+{
+    (void)st, (void)kind, (void)place;
+    return remove(path);
+}
+
+static void remove_folder(void) { nftw(own_folder, remove_entry, 8, FTW_DEPTH | FTW_PHYS); }
+
+static void make_folder(void)
+{
+    CHECK(mkdir("build", 0777) == 0 || errno == EEXIST);
+    CHECK(mkdir(PARENT, 0777) == 0 || errno == EEXIST);
+    CHECK(mkdtemp(own_folder) != NULL);
+    CHECK(atexit(remove_folder) == 0);
+}
 
 const char *test_path(const char *name)
 {
     static char path[8][512];
     static unsigned next;
-    CHECK(mkdir("build", 0777) == 0 || errno == EEXIST);
-    CHECK(mkdir(FOLDER, 0777) == 0 || errno == EEXIST);
+    static bool is_made;
+    if (!is_made) make_folder();
+    is_made = true;
     char *p = path[next++ % 8];
-    CHECK(snprintf(p, sizeof path[0], FOLDER "%s", name) < (int)sizeof path[0]);
+    CHECK(snprintf(p, sizeof path[0], "%s/%s", own_folder, name) < (int)sizeof path[0]);
     return p;
+}
+
+const char *test_message(const char *before, const char *name, const char *after)
+{
+    static char text[1024];
+    CHECK(snprintf(text, sizeof text, "%s%s%s", before, test_path(name), after) < (int)sizeof text);
+    return text;
 }
 
 const char *test_file_bytes(const char *name, const void *data, size_t size)

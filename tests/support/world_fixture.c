@@ -69,6 +69,8 @@ uint8_t *fixture_render(WorldFixture *f, const RenderSettings *s, RenderStats *s
 {
     RenderStats own;
     uint8_t *film = malloc(film_pixel_bytes(s->format) * (s->x1 - s->x0) * (s->y1 - s->y0));
-    CHECK(film && render(f->world, s, film, stats ? stats : &own, &f->err));
+    RenderOutcome outcome;
+    CHECK(film && render(f->world, s, film, stats ? stats : &own, &outcome, &f->err));
+    outcome_destroy(&outcome);
     return film;
 }

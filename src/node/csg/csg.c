@@ -41,7 +41,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "common/dd.h"
 #include "common/numeric.h"
+#include "node/csg/csg_data.h"
 
 #define NONE UINT32_MAX
 
@@ -51,62 +53,12 @@ enum {
     MATRIX_ROUNDINGS = 16,
     /* The slab test has three roundings of (plane - origin), and the origin is within five times the reach. */
     SLAB_ROUNDINGS = 32,
-    /* A ray that starts farther away than so many times the reach is moved to the solid first. */
-    FAR_ORIGIN = 4,
     ASIDE_STEPS = 12,
     LEAVES_PER_NODE = 4,
     LOCAL_EVENTS = 24,   /* as many live on the stack */
     LOCAL_GATES = 16,
     INSERTION_MAX = 24,  /* sorted by insertion up to here, by merging above */
 };
-
-typedef struct {
-    Affine to_leaf;
-    Vec3 spread;         /* the part of the place's error in leaf space that doesn't depend on the ray */
-    const Prim *prim;
-    uint32_t gate;
-    bool flip;           /* its complement counts */
-    bool identity;
-    bool coarse;         /* its place may be off by more than the slopes that SegList.along tells apart */
-    uint32_t shown;
-    Affine to_csg;
-    Box bounds;          /* leaf space */
-    Vec3 skin;           /* CSG space: how far its matrix may be off, and more */
-} Leaf;
-
-/* On if at least `threshold` of its operands are: 1 makes it an OR, their number an AND. */
-typedef struct { uint32_t parent, threshold; } Gate;
-
-typedef struct {
-    uint32_t count;
-    bool settled;        /* its state before the present group of events */
-} GateState;
-
-/* In preorder; `skip` is the next one outside the subtree. */
-typedef struct {
-    Box box;
-    uint32_t skip;
-    uint32_t first, count;  /* items of a leaf; count 0: inner */
-} Node;
-
-typedef struct {
-    Box box;
-    uint32_t leaf;
-} Item;
-
-typedef struct {
-    Prim prim;
-    Leaf *leaf;
-    Gate *gate;
-    GateState *idle;     /* of all gates, at t = -infinity */
-    Node *node;
-    Item *item;          /* leaves that can matter, in the order of the nodes */
-    CsgToken *token;     /* none of them a CSG primitive */
-    uint32_t leaf_count, gate_count, node_count, item_count, token_count;
-    Box bounds;
-    Vec3 centre;
-    double reach;
-} Csg;
 
 static const PrimOps OPS;
 
@@ -142,7 +94,7 @@ static Vec3 reciprocal(Vec3 a) { return vec3_make(1 / a.x, 1 / a.y, 1 / a.z); }
  * of this is the same for all leaves, so faces stay as near to each other as if the ray had started there. */
 static double move_origin(const Csg *csg, Vec3 *o, Vec3 d)
 {
-    if (largest(vec3_abs(*o)) <= FAR_ORIGIN * csg->reach) return 0;
+    if (largest(vec3_abs(*o)) <= CSG_FAR_ORIGIN * csg->reach) return 0;
     double m = largest(vec3_abs(d)), k = m > 1e-100 && m < 1e100 ? 1 : vec3_pow2_scale(d);
     Vec3 e = vec3_scale(d, k);
     double shift = vec3_dot(vec3_sub(csg->centre, *o), e) / vec3_dot(e, e) * k;
@@ -196,16 +148,19 @@ static bool reserve_events(Trace *tr, uint32_t more)
 
 /* Bound on the error, in leaf space, of the places on the ray up to |t|: what the ray's transform rounds (Higham 2002,
  * section 3.5) and what the leaf's matrix is off. */
-static Vec3 place_error(const Leaf *leaf, Vec3 o, Vec3 d, double t)
+static Vec3 place_error(const CsgLeaf *leaf, Vec3 o, Vec3 d, double t)
 {
-    Vec3 reach = vec3_at(vec3_abs(o), t, vec3_abs(d));
-    return vec3_at(leaf->spread, GAMMA(4), affine_abs_vector(&leaf->to_leaf, reach));
+    Vec3 reach = vec3_at(vec3_abs(vec3_sub(o, leaf->middle)), t, vec3_abs(d));
+    return vec3_at(leaf->spread, GAMMA(5), affine_abs_vector(&leaf->to_leaf, reach));
 }
 
-static Ray leaf_ray(const Leaf *leaf, Vec3 o, Vec3 d)
+/* By way of the leaf's middle: with the inverse's translation there would be several roundings of the distance to the
+ * origin of CSG space, which may be far away. */
+static Ray leaf_ray(const CsgLeaf *leaf, Vec3 o, Vec3 d)
 {
     if (leaf->identity) return (Ray){o, d, -INFINITY, INFINITY};
-    return (Ray){affine_point(&leaf->to_leaf, o), affine_vector(&leaf->to_leaf, d), -INFINITY, INFINITY};
+    Vec3 from = affine_vector(&leaf->to_leaf, vec3_sub(o, leaf->middle));
+    return (Ray){vec3_add(leaf->leaf_middle, from), affine_vector(&leaf->to_leaf, d), -INFINITY, INFINITY};
 }
 
 /* How far t may be off: the primitive's own bound, and what the error of the place in leaf space makes of it. */
@@ -268,7 +223,7 @@ static Vec3 box_corner(Vec3 half, unsigned corner)
 /* Whether the lines beside one, moved by the error of the place along all axes, all have as many parts in the leaf: a
  * plane with the normal n is off by |n|.e at most, and some of the eight are moved by all of that. Widens the events, of
  * segments from `first` on, if there are any. False in *ok without memory. */
-static bool is_clear(Trace *tr, const Leaf *leaf, const Ray *ray, Vec3 e, uint32_t parts, uint32_t first, Event *event,
+static bool is_clear(Trace *tr, const CsgLeaf *leaf, const Ray *ray, Vec3 e, uint32_t parts, uint32_t first, Event *event,
                      bool *ok)
 {
     bool clear = true;
@@ -324,7 +279,7 @@ static Event *narrow_events(Trace *tr, uint32_t first, Vec3 d, Vec3 place_err)
 
 /* Takes from the intervals of a leaf's events what is outside its box: on a face nearly in the ray's direction a bound may
  * reach anywhere, but the leaf is not there. */
-static void cap_events(const Trace *tr, const Leaf *leaf, const Ray *ray, Vec3 place_err, uint32_t first)
+static void cap_events(const Trace *tr, const CsgLeaf *leaf, const Ray *ray, Vec3 place_err, uint32_t first)
 {
     Event *event = tr->event + tr->count - 2 * (tr->segs.count - first), *end = tr->event + tr->count;
     double near = -INFINITY, far = INFINITY;
@@ -340,6 +295,7 @@ static const Vec3 ASIDE = {0.8017837257372732, 0.5122083536123418, 0.30796149871
 /* The steps, in units of the error of the place: the first aside, to decide with, and the first to take the ends from;
  * both double. Faces are usually off by a few roundings and not by their bound, so the ends are hardly moved. */
 static const double ASIDE_FIRST = 0.5, MOVE_FIRST = 0x1p-5;
+enum { MOVES = 6 * CORNERS };  /* the last are by the whole error */
 
 /* Whether a leaf's segments from `first` on have the parts of the line beside: their ends no farther off than the step
  * makes them, unless the slope is little. */
@@ -358,28 +314,38 @@ static bool are_alike(const Trace *tr, uint32_t first, Vec3 d, Vec3 place_err)
 }
 
 /* Finds the segments, appended from `first` on, of the line moved least that has the parts of the line beside: of those
- * toward the corners of the error, or, if it must be, that one itself. *moved gets how far it was moved. */
-static bool move_least(Trace *tr, const Leaf *leaf, const Ray *ray, const Ray *beside, Vec3 e, uint32_t first, Vec3 *moved)
+ * toward the corners of the error. Near a tangent to a curved surface no other line has the same ends: then as many parts
+ * will do, so that a ray which leaves the surface from beyond the error doesn't meet it again. If it must be, that line
+ * beside itself. *moved gets how far it was moved. */
+static bool move_least(Trace *tr, const CsgLeaf *leaf, const Ray *ray, const Ray *beside, Vec3 e, uint32_t first,
+                       Vec3 *moved)
 {
-    Ray line = *ray;
-    *moved = vec3_make(0, 0, 0);
-    for (double scale = MOVE_FIRST; scale <= 1; scale *= 2)
-        for (unsigned corner = 0; corner < CORNERS; corner++) {
-            tr->segs.count = first;
-            if (!leaf->prim->ops->segments(leaf->prim, &line, &tr->segs)) return false;
-            if (are_alike(tr, first, ray->d, e)) return true;
-            *moved = vec3_scale(e, scale);
-            line.o = vec3_add(ray->o, box_corner(*moved, corner));
+    Ray line = *ray, chosen = *beside;
+    uint32_t parts = count_parts(&tr->beside, 0, ray->d, e);
+    bool found = false;
+    for (unsigned k = 0; k <= MOVES; k++) {
+        if (k > 0) {
+            double scale = ldexp(MOVE_FIRST, (int)((k - 1) / CORNERS));
+            line.o = vec3_add(ray->o, box_corner(vec3_scale(e, scale), k % CORNERS));
         }
-    *moved = vec3_abs(vec3_sub(beside->o, ray->o));
+        tr->segs.count = first;
+        if (!leaf->prim->ops->segments(leaf->prim, &line, &tr->segs)) return false;
+        bool alike = are_alike(tr, first, ray->d, e);
+        if (alike || (!found && count_parts(&tr->segs, first, ray->d, e) == parts)) {
+            found = true;
+            chosen = line;
+        }
+        if (alike) break;
+    }
+    *moved = vec3_abs(vec3_sub(chosen.o, ray->o));
     tr->segs.count = first;
-    return leaf->prim->ops->segments(leaf->prim, beside, &tr->segs);
+    return leaf->prim->ops->segments(leaf->prim, &chosen, &tr->segs);
 }
 
 /* Replaces the segments of a leaf that isn't passed clearly by those of a line moved aside. */
 static bool pass_aside(Trace *tr, uint32_t index, const Ray *ray, Vec3 e, uint32_t first)
 {
-    const Leaf *leaf = &tr->csg->leaf[index];
+    const CsgLeaf *leaf = &tr->csg->leaf[index];
     Vec3 aside = affine_vector(&leaf->to_leaf, ASIDE), moved;
     double step = ASIDE_FIRST * largest(affine_abs_vector(&leaf->to_csg, e));
     Ray line = *ray;
@@ -408,8 +374,8 @@ static bool pass_aside(Trace *tr, uint32_t index, const Ray *ray, Vec3 e, uint32
 /* Looks again at a leaf that the ray passes along a face of or at little slope. */
 static bool collect_beside(Trace *tr, uint32_t index, const Ray *ray, uint32_t first)
 {
-    const Leaf *leaf = &tr->csg->leaf[index];
-    double way = (largest(vec3_abs(tr->o)) + tr->csg->reach) / largest(vec3_abs(tr->d));
+    const CsgLeaf *leaf = &tr->csg->leaf[index];
+    double way = (largest(vec3_abs(vec3_sub(tr->o, tr->csg->centre))) + tr->csg->radius) / largest(vec3_abs(tr->d));
     Vec3 e = place_error(leaf, tr->o, tr->d, way);
     if (!(largest(e) < INFINITY)) return true;
     Event *event = narrow_events(tr, first, ray->d, e);
@@ -424,7 +390,7 @@ static bool collect_beside(Trace *tr, uint32_t index, const Ray *ray, uint32_t f
 /* Appends the crossings of one leaf. */
 static bool collect_leaf(Trace *tr, uint32_t index)
 {
-    const Leaf *leaf = &tr->csg->leaf[index];
+    const CsgLeaf *leaf = &tr->csg->leaf[index];
     Ray ray = leaf_ray(leaf, tr->o, tr->d);
     uint32_t first = tr->segs.count;
     tr->segs.along = leaf->coarse;
@@ -443,13 +409,13 @@ static bool collect(Trace *tr)
     const Csg *csg = tr->csg;
     bool test_nodes = csg->node_count > 1;
     for (uint32_t i = 0; i < csg->node_count;) {
-        const Node *node = &csg->node[i];
+        const CsgNode *node = &csg->node[i];
         if (test_nodes && !line_meets(tr, node->box)) {
             i = node->skip;
             continue;
         }
         for (uint32_t k = 0; k < node->count; k++) {
-            const Item *item = &csg->item[node->first + k];
+            const CsgItem *item = &csg->item[node->first + k];
             if (line_meets(tr, item->box) && !collect_leaf(tr, item->leaf)) return false;
         }
         i++;
@@ -496,13 +462,13 @@ static inline void sort_events(const Event *event, uint32_t *order, uint32_t n, 
     }
 }
 
-static bool gate_is_on(const Csg *csg, const GateState *state, uint32_t gate)
+static bool gate_is_on(const Csg *csg, const CsgState *state, uint32_t gate)
 {
     return state[gate].count >= csg->gate[gate].threshold;
 }
 
 /* The literal of a leaf goes on or off: counts it up the tree as far as states change. */
-static void switch_leaf(const Csg *csg, GateState *state, const Leaf *leaf, bool on)
+static void switch_leaf(const Csg *csg, CsgState *state, const CsgLeaf *leaf, bool on)
 {
     for (uint32_t g = leaf->gate; g != NONE; g = csg->gate[g].parent) {
         bool was = gate_is_on(csg, state, g);
@@ -513,14 +479,14 @@ static void switch_leaf(const Csg *csg, GateState *state, const Leaf *leaf, bool
 
 /* Whether all gates from the leaf to the root have gone `on` in this group: then the leaf's face is one of the result.
  * (A face of A in (A x B) + C that happens to lie on C, away from B, is not.) */
-static bool carries_to_root(const Csg *csg, const GateState *state, const Leaf *leaf, bool on)
+static bool carries_to_root(const Csg *csg, const CsgState *state, const CsgLeaf *leaf, bool on)
 {
     for (uint32_t g = leaf->gate; g != NONE; g = csg->gate[g].parent)
         if (state[g].settled == on || gate_is_on(csg, state, g) != on) return false;
     return true;
 }
 
-static void settle(const Csg *csg, GateState *state, const Leaf *leaf)
+static void settle(const Csg *csg, CsgState *state, const CsgLeaf *leaf)
 {
     for (uint32_t g = leaf->gate; g != NONE; g = csg->gate[g].parent) {
         bool on = gate_is_on(csg, state, g);
@@ -536,7 +502,7 @@ static bool event_switches_on(const Csg *csg, const Event *event)
 }
 
 /* One event alone: the common case. Returns it if it shows in the result, else NONE. */
-static uint32_t pass_single(const Trace *tr, GateState *state, uint32_t index)
+static uint32_t pass_single(const Trace *tr, CsgState *state, uint32_t index)
 {
     const Csg *csg = tr->csg;
     const Event *event = &tr->event[index];
@@ -560,7 +526,7 @@ static uint32_t better_shown(const Trace *tr, uint32_t shown, uint32_t other, do
 }
 
 /* A group of events, in place of one. Returns the one that shows, one of those that carry to the root, or NONE. */
-static uint32_t pass_group(const Trace *tr, GateState *state, uint32_t *group, uint32_t n, uint32_t *room)
+static uint32_t pass_group(const Trace *tr, CsgState *state, uint32_t *group, uint32_t n, uint32_t *room)
 {
     const Csg *csg = tr->csg;
     sort_events(tr->event, group, n, room, before_by_leaf);
@@ -598,7 +564,7 @@ static bool resolve(Trace *tr)
 {
     const Csg *csg = tr->csg;
     uint32_t n = tr->count;
-    GateState local_state[LOCAL_GATES], *state = local_state;
+    CsgState local_state[LOCAL_GATES], *state = local_state;
     tr->order = tr->local_order;
     if (n > LOCAL_EVENTS) tr->order = arena_alloc(tr->scratch->arena, 2 * (size_t)n * sizeof *tr->order);
     if (csg->gate_count > LOCAL_GATES) state = arena_alloc(tr->scratch->arena, csg->gate_count * sizeof *state);
@@ -690,7 +656,7 @@ static bool csg_occluded(const Prim *prim, const Ray *ray, Scratch *scratch)
 /* An edge of the result in the terms of the ray as given. */
 static Edge result_edge(const Trace *tr, const Ray *ray, const Event *event)
 {
-    const Leaf *leaf = &tr->csg->leaf[event->leaf];
+    const CsgLeaf *leaf = &tr->csg->leaf[event->leaf];
     Edge edge = *event_edge(tr, event);
     Vec3 n = leaf->identity ? edge.n : affine_normal(&leaf->to_leaf, edge.n);
     edge.n = leaf->flip ? vec3_neg(n) : n;
@@ -718,10 +684,10 @@ static bool csg_segments(const Prim *prim, const Ray *ray, SegList *list)
     return true;
 }
 
-static void csg_surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *surface)
+static void csg_surface(const Prim *prim, const Ray *ray, const Hit *hit, bool uv, Surface *surface)
 {
     const Csg *csg = (const Csg *)prim;
-    const Leaf *leaf = &csg->leaf[hit->leaf];
+    const CsgLeaf *leaf = &csg->leaf[hit->leaf];
     Vec3 o = ray->o;
     double shift = move_origin(csg, &o, ray->d);
     /* A ray that was moved aside is taken as given: the leaf puts the point onto its surface all the same. */
@@ -731,7 +697,7 @@ static void csg_surface(const Prim *prim, const Ray *ray, const Hit *hit, Surfac
     Hit leaf_hit = *hit;
     leaf_hit.t -= shift;
     leaf_hit.leaf = 0;
-    leaf->prim->ops->surface(leaf->prim, &in_leaf, &leaf_hit, surface);
+    leaf->prim->ops->surface(leaf->prim, &in_leaf, &leaf_hit, uv, surface);
     if (!leaf->identity) {
         surface->p_err = affine_point_error(&leaf->to_csg, surface->p, surface->p_err);
         surface->p = affine_point(&leaf->to_csg, surface->p);
@@ -742,6 +708,7 @@ static void csg_surface(const Prim *prim, const Ray *ray, const Hit *hit, Surfac
         surface->n = vec3_neg(surface->n);
         surface->ns = vec3_neg(surface->ns);
     }
+    surface->p_err = vec3_add(surface->p_err, leaf->departure);
     /* A face that counts as one with this may lie above the point; that is no matter: also for a ray that leaves from
      * here the two are one crossing, at this leaf's t. But moving the origin and back has cost a rounding of t. */
     if (shift != 0) surface->p_err = vec3_at(surface->p_err, GAMMA(2) * fabs(hit->t), vec3_abs(ray->d));
@@ -801,8 +768,30 @@ static bool is_identity(const Affine *a)
 
 static Vec3 translation(const Affine *a) { return vec3_make(a->m[0][3], a->m[1][3], a->m[2][3]); }
 
+static Vec3 box_middle(Box b) { return vec3_add(vec3_scale(b.lo, 0.5), vec3_scale(b.hi, 0.5)); }
+
+/* The point's image to a single rounding, whatever cancels in it: in double-double, with the greatest entry at 1 so that no
+ * product is out of range. */
+static Vec3 image_of(const Affine *a, Vec3 p)
+{
+    double image[3], greatest = 0;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 4; j++) greatest = fmax(greatest, fabs(a->m[i][j]));
+    int e = ilogb(greatest);
+    Affine near = affine_ldexp(a, -e);
+    for (int i = 0; i < 3; i++) {
+        const double *m = near.m[i];
+        Dd sum = dd_add(dd_add(dd_prod(m[0], p.x), dd_prod(m[1], p.y)), dd_add_d(dd_prod(m[2], p.z), m[3]));
+        image[i] = ldexp(sum.hi, e);
+    }
+    return vec3_make(image[0], image[1], image[2]);
+}
+
+/* The greatest distance along each axis from the origin. */
+static Vec3 box_reaches(Box b) { return vec3_most(vec3_abs(b.lo), vec3_abs(b.hi)); }
+
 /* Fills a leaf; false if its matrix can't be inverted. */
-static bool leaf_init(Leaf *leaf, const CsgToken *token)
+static bool leaf_init(CsgLeaf *leaf, const CsgToken *token)
 {
     leaf->prim = token->prim;
     leaf->to_csg = token->to_csg;
@@ -810,11 +799,16 @@ static bool leaf_init(Leaf *leaf, const CsgToken *token)
     leaf->identity = is_identity(&token->to_csg);
     if (leaf->identity) leaf->to_leaf = token->to_csg;  /* without the negative zeros */
     leaf->bounds = token->prim->ops->bounds(token->prim);
-    Vec3 lo = vec3_abs(leaf->bounds.lo), hi = vec3_abs(leaf->bounds.hi);
-    Vec3 reach = vec3_make(fmax(lo.x, hi.x), fmax(lo.y, hi.y), fmax(lo.z, hi.z));
-    Vec3 place = vec3_add(affine_abs_vector(&leaf->to_csg, reach), vec3_abs(translation(&leaf->to_csg)));
-    Vec3 constant = vec3_scale(vec3_abs(translation(&leaf->to_leaf)), GAMMA(4));
-    leaf->spread = vec3_at(constant, GAMMA(MATRIX_ROUNDINGS), affine_abs_vector(&leaf->to_leaf, place));
+    Vec3 reach = affine_abs_vector(&leaf->to_csg, box_reaches(leaf->bounds));
+    Vec3 place = vec3_add(reach, vec3_abs(translation(&leaf->to_csg)));
+    leaf->leaf_middle = box_is_empty(leaf->bounds) ? vec3_make(0, 0, 0) : box_middle(leaf->bounds);
+    leaf->middle = image_of(&leaf->to_csg, leaf->leaf_middle);
+    leaf->spread = vec3_scale(affine_abs_vector(&leaf->to_leaf, place), GAMMA(MATRIX_ROUNDINGS));
+    /* the middle's rounding, and that of coming back to it */
+    Vec3 middle = vec3_add(vec3_abs(leaf->leaf_middle), affine_abs_vector(&leaf->to_leaf, vec3_abs(leaf->middle)));
+    leaf->spread = vec3_at(leaf->spread, GAMMA(1), middle);
+    leaf->spread_most = largest(leaf->spread);
+    leaf->growth = GAMMA(5) * largest(affine_abs_vector(&leaf->to_leaf, vec3_make(1, 1, 1)));
     leaf->skin = vec3_scale(place, 4 * GAMMA(MATRIX_ROUNDINGS));
     return true;
 }
@@ -827,7 +821,7 @@ static bool build_up(Csg *csg, Work *work, uint32_t *bad)
         const CsgToken *token = &csg->token[i];
         Work *w = &work[i];
         if (token->is_leaf) {
-            Leaf *leaf = &csg->leaf[leaves];
+            CsgLeaf *leaf = &csg->leaf[leaves];
             if (!leaf_init(leaf, token)) {
                 *bad = i;
                 return false;
@@ -858,7 +852,7 @@ static void gate_add_operand(Csg *csg, uint32_t gate, bool flip, bool is_and)
 static void build_down(Csg *csg, Work *work, bool *gate_is_and)
 {
     uint32_t root = csg->token_count - 1;
-    csg->gate[0] = (Gate){.parent = NONE};
+    csg->gate[0] = (CsgGate){.parent = NONE};
     gate_is_and[0] = !csg->token[root].is_leaf && csg->token[root].op != CSG_UNION;
     csg->gate_count = 1;
     work[root].shown = NONE;
@@ -867,7 +861,7 @@ static void build_down(Csg *csg, Work *work, bool *gate_is_and)
         const CsgToken *token = &csg->token[i];
         Work *w = &work[i];
         if (token->is_leaf) {
-            Leaf *leaf = &csg->leaf[w->first_leaf];
+            CsgLeaf *leaf = &csg->leaf[w->first_leaf];
             leaf->gate = w->gate;
             leaf->flip = w->flip;
             leaf->shown = w->shown == NONE ? w->first_leaf : w->shown;
@@ -877,7 +871,7 @@ static void build_down(Csg *csg, Work *work, bool *gate_is_and)
         bool is_and = (token->op != CSG_UNION) != w->flip;
         if (is_and != gate_is_and[w->gate]) {
             uint32_t gate = csg->gate_count++;
-            csg->gate[gate] = (Gate){.parent = w->gate};
+            csg->gate[gate] = (CsgGate){.parent = w->gate};
             gate_is_and[gate] = is_and;
             gate_add_operand(csg, w->gate, w->flip, !is_and);
             w->gate = gate;
@@ -897,7 +891,7 @@ static void build_down(Csg *csg, Work *work, bool *gate_is_and)
 
 typedef struct {
     double key;
-    Item item;
+    CsgItem item;
 } SortItem;
 
 static int compare_items(const void *a, const void *b)
@@ -907,19 +901,17 @@ static int compare_items(const void *a, const void *b)
     return x->item.leaf < y->item.leaf ? -1 : x->item.leaf > y->item.leaf;
 }
 
-static Vec3 box_middle(Box b) { return vec3_add(vec3_scale(b.lo, 0.5), vec3_scale(b.hi, 0.5)); }
-
 /* The hierarchy over items [first, first + count): halves at the median along the longest axis of the middles. It is
  * as deep as the logarithm of their number. */
 static void build_node(Csg *csg, SortItem *item, uint32_t first, uint32_t count)
 {
-    Node *node = &csg->node[csg->node_count++];
+    CsgNode *node = &csg->node[csg->node_count++];
     Box box = box_empty(), middles = box_empty();
     for (uint32_t i = first; i < first + count; i++) {
         box = box_union(box, item[i].item.box);
         middles = box_add_point(middles, box_middle(item[i].item.box));
     }
-    *node = (Node){.box = box};
+    *node = (CsgNode){.box = box};
     if (count <= LEAVES_PER_NODE) {
         node->first = first;
         node->count = count;
@@ -934,12 +926,21 @@ static void build_node(Csg *csg, SortItem *item, uint32_t first, uint32_t count)
     node->skip = csg->node_count;
 }
 
-/* Whether a leaf's place is known so badly, for rays from as far as FAR_ORIGIN times the reach, that lines which SegList
- * .along says nothing of may be in its faces. */
-static bool is_coarse(const Leaf *leaf, double reach)
+/* The place's error, in CSG space, for rays that start on the leaf within the solid's bounds: their way through these is no
+ * longer along any axis than the bounds are. */
+static Vec3 departure_error(const CsgLeaf *leaf, double radius)
 {
-    Vec3 far = vec3_scale(vec3_make(reach, reach, reach), 2 * FAR_ORIGIN + 1), still = {0, 0, 0};
-    Vec3 e = place_error(leaf, far, still, 0), extent = vec3_sub(leaf->bounds.hi, leaf->bounds.lo);
+    Vec3 half = vec3_scale(vec3_sub(leaf->bounds.hi, leaf->bounds.lo), 0.5), still = {0, 0, 0};
+    Vec3 way = vec3_add(affine_abs_vector(&leaf->to_csg, half), vec3_scale(vec3_make(radius, radius, radius), 2));
+    return affine_abs_vector(&leaf->to_csg, place_error(leaf, vec3_add(leaf->middle, way), still, 0));
+}
+
+/* Whether a leaf's place is known so badly, for rays from as far as CSG_FAR_ORIGIN times the reach, that lines which
+ * SegList.along says nothing of may be in its faces. */
+static bool is_coarse(const CsgLeaf *leaf, double reach)
+{
+    Vec3 far = vec3_scale(vec3_make(reach, reach, reach), 2 * CSG_FAR_ORIGIN + 2), still = {0, 0, 0};
+    Vec3 e = place_error(leaf, vec3_add(leaf->middle, far), still, 0), extent = vec3_sub(leaf->bounds.hi, leaf->bounds.lo);
     return !(e.x <= ALONG * extent.x && e.y <= ALONG * extent.y && e.z <= ALONG * extent.z);
 }
 
@@ -995,7 +996,11 @@ static bool build(Csg *csg, const CsgToken *tokens, size_t count, size_t *bad, E
         csg->bounds = work[n - 1].box;
         csg->reach = box_reach(csg->bounds);
         csg->centre = box_is_empty(csg->bounds) ? vec3_make(0, 0, 0) : box_middle(csg->bounds);
-        for (uint32_t i = 0; i < csg->leaf_count; i++) csg->leaf[i].coarse = is_coarse(&csg->leaf[i], csg->reach);
+        csg->radius = box_is_empty(csg->bounds) ? 0 : vec3_max(vec3_sub(csg->bounds.hi, csg->centre));
+        for (uint32_t i = 0; i < csg->leaf_count; i++) {
+            csg->leaf[i].coarse = is_coarse(&csg->leaf[i], csg->reach);
+            csg->leaf[i].departure = departure_error(&csg->leaf[i], csg->radius);
+        }
         build_down(csg, work, gate_is_and);
         ok = build_hierarchy(csg, work);
         if (!ok) err_memory(err, "constructive solid geometry");
@@ -1022,6 +1027,8 @@ Prim *csg_create(const CsgToken *tokens, size_t count, size_t *bad, Err *err)
     }
     return &csg->prim;
 }
+
+const Csg *csg_data(const Prim *prim) { return prim->ops == &OPS ? (const Csg *)prim : NULL; }
 
 uint32_t csg_shown_leaf(const Prim *csg, uint32_t leaf) { return ((const Csg *)csg)->leaf[leaf].shown; }
 

@@ -11,8 +11,6 @@
 #include "node/primitive/quadric.h"
 #include "node/primitive/wrap.h"
 
-enum { SIDE, BASE };
-
 static const Vec3 SIGNS = {1, -1, 1};
 
 static bool guess(const Ray *ray, Guess *g)
@@ -55,7 +53,7 @@ static bool guess(const Ray *ray, Guess *g)
         in = -INFINITY;
         out = side[0];
     }
-    g->part[0] = g->part[1] = SIDE;
+    g->part[0] = g->part[1] = CONE_SIDE;
     if (d.y == 0) {
         if (o.y < -1) return false;
     } else {
@@ -65,10 +63,10 @@ static bool guess(const Ray *ray, Guess *g)
         if (fabs(base - in) <= slack || fabs(base - out) <= slack) return true;
         if (down && base < out) {
             out = base;
-            g->part[1] = BASE;
+            g->part[1] = CONE_BASE;
         } else if (!down && base > in) {
             in = base;
-            g->part[0] = BASE;
+            g->part[0] = CONE_BASE;
         }
     }
     if (in - out > slack) return false;
@@ -80,16 +78,16 @@ static bool guess(const Ray *ray, Guess *g)
     return true;
 }
 
-static Crossing base_crossing(const Ray *ray) { return plane_crossing(ray->o.y, ray->d.y, -1, BASE); }
+static Crossing base_crossing(const Ray *ray) { return plane_crossing(ray->o.y, ray->d.y, -1, CONE_BASE); }
 
 static bool refine(const Ray *ray, const Guess *g, int i, Crossing *c)
 {
-    if (g->part[i] == BASE) {
+    if (g->part[i] == CONE_BASE) {
         *c = base_crossing(ray);
         return true;
     }
     if (fabs(g->t[i]) < 0x1p-10 * (g->t[1] - g->t[0])) return false;
-    *c = quadric_refine(ray, SIGNS, 0, g->t[i], SIDE);
+    *c = quadric_refine(ray, SIGNS, 0, g->t[i], CONE_SIDE);
     return true;
 }
 
@@ -112,7 +110,7 @@ static bool exact(const Ray *ray, Crossing c[2])
     if (side.constant) {
         /* parallel to a side and touching no more than a tangent plane: in the side itself, or outside */
         if (side.c.hi != 0) return false;
-        c[0] = c[1] = plane_crossing(ray->o.y, ray->d.y, 0, SIDE);
+        c[0] = c[1] = plane_crossing(ray->o.y, ray->d.y, 0, CONE_SIDE);
         c[down].t = down ? INFINITY : -INFINITY;
     } else if (side.a.hi > 0) {
         if (side.count == 0 || middle_y(&line, &side) >= 0) return false;
@@ -133,7 +131,7 @@ static bool exact(const Ray *ray, Crossing c[2])
 
 static Vec3 normal(Vec3 p, uint32_t part)
 {
-    if (part == BASE) return vec3_make(0, -1, 0);
+    if (part == CONE_BASE) return vec3_make(0, -1, 0);
     if (p.x == 0 && p.z == 0) return vec3_make(0, 1, 0);
     return vec3_make(p.x, sqrt(p.x * p.x + p.z * p.z), p.z);
 }
@@ -186,28 +184,28 @@ static bool segments(const Prim *prim, const Ray *ray, SegList *list)
     return convex_segments(&SHAPE, prim, ray, list);
 }
 
-static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *surface)
+static void surface(const Prim *prim, const Ray *ray, const Hit *hit, bool uv, Surface *surface)
 {
     (void)prim;
     Vec3 p = ray_point(ray, hit->t, hit->u);
     wrap_into_disc(&p);
-    if (hit->part == SIDE) {
+    if (hit->part == CONE_SIDE) {
         /* y from x and z: exact but for the dot product's 2 roundings under the root, and the root's own */
-        p.y = -fmin(1, sqrt(p.x * p.x + p.z * p.z));
+        p.y = -clamp(sqrt(p.x * p.x + p.z * p.z), 0, 1);
         surface->p_err = vec3_make(GAMMA(1) * fabs(p.x), GAMMA(5) * fabs(p.y), GAMMA(1) * fabs(p.z));
-        surface->u = wrap_u(p);
-        surface->v = p.y + 1;
+        surface->u = uv ? wrap_u(p) : 0;
+        surface->v = uv ? p.y + 1 : 0;
     } else {
         p.y = -1;
         surface->p_err = vec3_make(GAMMA(5) * fabs(p.x), UNIT_ROUNDOFF, GAMMA(5) * fabs(p.z));
-        wrap_cap(p, &surface->u, &surface->v);
+        wrap_cap(p, uv, &surface->u, &surface->v);
     }
     surface->p = p;
     surface->n = surface->ns = normal(p, hit->part);
 }
 
 static const PrimOps OPS = {
-    .name = "cone", .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect,
+    .name = "cone", .form = FORM_CONE, .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect,
     .occluded = occluded, .segments = segments, .surface = surface,
 };
 

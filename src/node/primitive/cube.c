@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "node/primitive/quadric.h"
+#include "node/primitive/wrap.h"
 
 /* Faces: 0 and 1 are x = 0 and x = 1, 2 and 3 y, 4 and 5 z. */
 static bool axis_slab(double o, double d, double *in, double *out)
@@ -113,13 +114,11 @@ static bool segments(const Prim *prim, const Ray *ray, SegList *list)
     return convex_segments(&SHAPE, prim, ray, list);
 }
 
-static double clamp01(double x) { return fmax(0, fmin(1, x)); }
-
-static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *surface)
+static void surface(const Prim *prim, const Ray *ray, const Hit *hit, bool uv, Surface *surface)
 {
     (void)prim;
     Vec3 p = ray_point(ray, hit->t, hit->u);
-    p = vec3_make(clamp01(p.x), clamp01(p.y), clamp01(p.z));
+    p = vec3_make(clamp(p.x, 0, 1), clamp(p.y, 0, 1), clamp(p.z, 0, 1));
     double side = hit->part % 2;
     switch (hit->part / 2) {
     case 0:
@@ -138,6 +137,7 @@ static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *s
         surface->v = p.y;
         break;
     }
+    if (!uv) surface->u = surface->v = 0;
     surface->p = p;
     /* the face's coordinate is exact: this only says how finely the space around it resolves */
     surface->p_err = vec3_make(UNIT_ROUNDOFF, UNIT_ROUNDOFF, UNIT_ROUNDOFF);
@@ -145,7 +145,7 @@ static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *s
 }
 
 static const PrimOps OPS = {
-    .name = "cube", .closed = true, .bounds = bounds, .intersect = intersect,
+    .name = "cube", .form = FORM_CUBE, .closed = true, .bounds = bounds, .intersect = intersect,
     .occluded = occluded, .segments = segments, .surface = surface,
 };
 

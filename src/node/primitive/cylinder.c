@@ -7,8 +7,6 @@
 #include "node/primitive/quadric.h"
 #include "node/primitive/wrap.h"
 
-enum { SIDE, TOP, BOTTOM };
-
 static const Vec3 SIGNS = {1, 0, 1};
 
 /* Both slabs as [in, out], infinite where the line stays inside. False if it stays outside. */
@@ -16,8 +14,8 @@ static bool cap_slab(const Ray *ray, double t[2], uint32_t part[2])
 {
     double o = ray->o.y, d = ray->d.y;
     bool down = d < 0;
-    part[0] = down ? TOP : BOTTOM;
-    part[1] = down ? BOTTOM : TOP;
+    part[0] = down ? CYLINDER_TOP : CYLINDER_BOTTOM;
+    part[1] = down ? CYLINDER_BOTTOM : CYLINDER_TOP;
     if (d == 0) {
         t[0] = -INFINITY;
         t[1] = INFINITY;
@@ -47,14 +45,14 @@ static bool guess(const Ray *ray, Guess *g)
 
     /* How far a side's t may be off, with much to spare: half is at least 1/32 of a unit of length. */
     double slack = 0x1p-38 * (fabs(mid) + (1 + reach) * half);
-    double in = fmax(side[0], cap[0]), out = fmin(side[1], cap[1]);
+    double in = side[0] > cap[0] ? side[0] : cap[0], out = side[1] < cap[1] ? side[1] : cap[1];
     slack += 0x1p-45 * (fabs(in) + fabs(out));
     if (in - out > slack) return false;
     if (!(out - in > slack && fabs(side[0] - cap[0]) > slack && fabs(side[1] - cap[1]) > slack)) return true;
     g->t[0] = in;
     g->t[1] = out;
-    g->part[0] = side[0] > cap[0] ? SIDE : cap_part[0];
-    g->part[1] = side[1] < cap[1] ? SIDE : cap_part[1];
+    g->part[0] = side[0] > cap[0] ? CYLINDER_SIDE : cap_part[0];
+    g->part[1] = side[1] < cap[1] ? CYLINDER_SIDE : cap_part[1];
     g->slack = slack;
     g->sure = true;
     return true;
@@ -62,17 +60,17 @@ static bool guess(const Ray *ray, Guess *g)
 
 static Crossing cap_crossing(const Ray *ray, uint32_t part)
 {
-    return plane_crossing(ray->o.y, ray->d.y, part == TOP ? 1 : -1, part);
+    return plane_crossing(ray->o.y, ray->d.y, part == CYLINDER_TOP ? 1 : -1, part);
 }
 
 static bool refine(const Ray *ray, const Guess *g, int i, Crossing *c)
 {
-    if (g->part[i] != SIDE) {
+    if (g->part[i] != CYLINDER_SIDE) {
         *c = cap_crossing(ray, g->part[i]);
         return true;
     }
     if (fabs(g->t[i]) < 0x1p-10 * (g->t[1] - g->t[0])) return false;
-    *c = quadric_refine(ray, SIGNS, -1, g->t[i], SIDE);
+    *c = quadric_refine(ray, SIGNS, -1, g->t[i], CYLINDER_SIDE);
     /* along the axis the slope is so small that the residual is too coarse */
     return c->err <= GAMMA(4) * fabs(c->t);
 }
@@ -98,7 +96,7 @@ static bool exact(const Ray *ray, Crossing c[2])
 
 static Vec3 normal(Vec3 p, uint32_t part)
 {
-    return part == SIDE ? vec3_make(p.x, 0, p.z) : vec3_make(0, part == TOP ? 1 : -1, 0);
+    return part == CYLINDER_SIDE ? vec3_make(p.x, 0, p.z) : vec3_make(0, part == CYLINDER_TOP ? 1 : -1, 0);
 }
 
 static const Convex SHAPE = {guess, refine, exact, normal};
@@ -146,29 +144,29 @@ static bool segments(const Prim *prim, const Ray *ray, SegList *list)
     return convex_segments(&SHAPE, prim, ray, list);
 }
 
-static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *surface)
+static void surface(const Prim *prim, const Ray *ray, const Hit *hit, bool uv, Surface *surface)
 {
     (void)prim;
     Vec3 p = ray_point(ray, hit->t, hit->u);
-    if (hit->part == SIDE) {
+    if (hit->part == CYLINDER_SIDE) {
         double s = 1 / sqrt(p.x * p.x + p.z * p.z);
-        p = vec3_make(p.x * s, fmax(-1, fmin(1, p.y)), p.z * s);
+        p = vec3_make(p.x * s, clamp(p.y, -1, 1), p.z * s);
         surface->p_err = vec3_make(GAMMA(5) * fabs(p.x), 0, GAMMA(5) * fabs(p.z));
-        surface->u = wrap_u(p);
-        surface->v = 0.5 * (p.y + 1);
+        surface->u = uv ? wrap_u(p) : 0;
+        surface->v = uv ? 0.5 * (p.y + 1) : 0;
     } else {
-        p.y = hit->part == TOP ? 1 : -1;
+        p.y = hit->part == CYLINDER_TOP ? 1 : -1;
         wrap_into_disc(&p);
         surface->p_err = vec3_make(GAMMA(5) * fabs(p.x), UNIT_ROUNDOFF, GAMMA(5) * fabs(p.z));
-        wrap_cap(p, &surface->u, &surface->v);
+        wrap_cap(p, uv, &surface->u, &surface->v);
     }
     surface->p = p;
     surface->n = surface->ns = normal(p, hit->part);
 }
 
 static const PrimOps OPS = {
-    .name = "cylinder", .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect,
-    .occluded = occluded, .segments = segments, .surface = surface,
+    .name = "cylinder", .form = FORM_CYLINDER, .closed = true, .bounds = bounds, .bounds_in = bounds_in,
+    .intersect = intersect, .occluded = occluded, .segments = segments, .surface = surface,
 };
 
 Prim *cylinder_create(void)

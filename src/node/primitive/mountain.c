@@ -6,7 +6,10 @@
  *           m3 -- m2          neighbours, which lift theirs differently, still meet along the old edges. m1 lies on
  *          /  \  /  \         its edge: the subdivided neighbour below has none of its points there.
  *        v1 -- m1 -- v2
- */
+ *
+ * That m1 is a corner on one side of its edge and none on the other is harmless if it lies on the edge exactly: then the
+ * signs by which rays pass edges (accel/triangle.h) are the same for the edge and its halves, and no ray slips through or
+ * meets both sides. So coordinates have as few bits as all halvings leave room for: see on_grid. */
 #include "node/primitive/mesh.h"
 
 #include <float.h>
@@ -59,6 +62,15 @@ static double normal_deviate(Builder *b)
     double f = sqrt(-2 * log(s) / s);
     b->spare = y * f;
     return x * f;
+}
+
+/* Of x, of at most `reach` in size, the bits that `halvings` midpoints in a row leave room for, so that they are exact: a
+ * midpoint of multiples of 2^k is one of 2^(k-1). Toward 0, so that nothing overflows. */
+static double on_grid(double x, double reach, uint32_t halvings)
+{
+    if (reach == 0) return x;
+    int grid = ilogb(reach) + 1 - DBL_MANT_DIG + (int)halvings;
+    return ldexp(trunc(ldexp(x, -grid)), grid);
 }
 
 /* Halved first: the sum of two large coordinates could overflow. */
@@ -126,12 +138,14 @@ static void start(Mesh *mesh, double width, double height, double length)
 }
 
 /* Raises the peak above everything else, and puts every m1 back onto its edge, whose ends may have moved. */
-static double raise_peak(Builder *b)
+static double raise_peak(Builder *b, uint32_t subdivisions)
 {
     Vec3 *p = b->mesh->position;
-    double greatest = p[0].y;
+    double greatest = p[0].y, reach = 0;
     for (uint32_t i = 1; i < b->mesh->position_count; i++) greatest = fmax(greatest, p[i].y);
     p[PEAK].y = keep_finite(PEAK_FACTOR * greatest);
+    for (uint32_t i = 0; i < b->mesh->position_count; i++) reach = fmax(reach, fabs(p[i].y));
+    for (uint32_t i = 0; i < b->mesh->position_count; i++) p[i].y = on_grid(p[i].y, reach, subdivisions);
     for (uint32_t i = 0; i < b->split_count; i++)
         p[START_POINTS + NEW_POINTS * i] = midpoint(p[b->ends[i][0]], p[b->ends[i][1]]);
     return p[PEAK].y;
@@ -174,9 +188,12 @@ Mesh *mountain_create(double width, double height, double length, double roughne
     b.mesh->uv = malloc(points * sizeof *b.mesh->uv);
     b.ends = malloc((splits + 1) * sizeof *b.ends);
     if (!b.mesh->position || !b.mesh->triangle || !b.mesh->uv || !b.ends) goto no_memory;
+    /* one more halving for the peak's place */
+    width = on_grid(width, width, subdivisions + 1);
+    length = on_grid(length, length, subdivisions + 1);
     start(b.mesh, width, height, length);
     subdivide_all(&b, subdivisions);
-    *peak = raise_peak(&b);
+    *peak = raise_peak(&b, subdivisions);
     set_uv(b.mesh, width, length);
     mesh_drop_degenerate(b.mesh);
     b.mesh->dropped = 0;

@@ -19,8 +19,16 @@ typedef struct PrimOps PrimOps;
 
 struct Prim { const PrimOps *ops; };
 
+/* The forms that kernels know by themselves, to test many rays at once (accel/solid_kernel.h). */
+typedef enum { FORM_OTHER, FORM_SPHERE, FORM_CUBE, FORM_CYLINDER, FORM_CONE, FORM_TORUS } PrimForm;
+
+/* Hit.part of a cylinder's and a cone's faces; those of a cube are 2 axis + side. */
+enum { CYLINDER_SIDE, CYLINDER_TOP, CYLINDER_BOTTOM };
+enum { CONE_SIDE, CONE_BASE };
+
 struct PrimOps {
     const char *name;  /* "torus": messages, statistics */
+    PrimForm form;
     bool closed;       /* bounds a solid: may be a CSG operand (a mesh: see mesh_prim.h) */
 
     Box (*bounds)(const Prim *);
@@ -40,8 +48,14 @@ struct PrimOps {
      * tmax are ignored). Only for closed primitives, NULL otherwise. False without memory. */
     bool (*segments)(const Prim *, const Ray *, SegList *);
 
-    /* Point, normals, texture coordinates and error bound at a hit that intersect or segments gave on this very ray. */
-    void (*surface)(const Prim *, const Ray *, const Hit *, Surface *);
+    /* Point, normals, error bound and, if `uv` asks for them, texture coordinates (else 0) at a hit that intersect or
+     * segments gave on this very ray. */
+    void (*surface)(const Prim *, const Ray *, const Hit *, bool uv, Surface *);
+
+    /* For a primitive that is made of parts with spaces of their own, as the baked meshes: the map to that of the part that
+     * was hit, *p and *n (NULL: not wanted) becoming the point and the normal there, as surface gives them if the part is
+     * hit in its own space. Bumps and textures work there. NULL: the primitive's space is its own. */
+    const Affine *(*own)(const Prim *, const Hit *, Vec3 *p, Vec3 *n);
 
     /* Releases what prim_destroy must; NULL: free() is enough. */
     void (*destroy)(Prim *);

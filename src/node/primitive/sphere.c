@@ -89,7 +89,7 @@ static bool segments(const Prim *prim, const Ray *ray, SegList *list)
     return convex_segments(&SHAPE, prim, ray, list);
 }
 
-static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *surface)
+static void surface(const Prim *prim, const Ray *ray, const Hit *hit, bool uv, Surface *surface)
 {
     (void)prim;
     Vec3 p = ray_point(ray, hit->t, hit->u);
@@ -98,12 +98,12 @@ static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *s
     /* dot, root, reciprocal and product: 1.5 + 1 + 1 + 1 roundings */
     surface->p_err = vec3_scale(vec3_abs(p), GAMMA(5));
     surface->n = surface->ns = p;
-    surface->u = wrap_u(p);
-    surface->v = 0.5 + asin(fmax(-1, fmin(1, p.y))) * ONE_OVER_PI;
+    surface->u = uv ? wrap_u(p) : 0;
+    surface->v = uv ? 0.5 + asin(clamp(p.y, -1, 1)) * ONE_OVER_PI : 0;
 }
 
 static const PrimOps OPS = {
-    .name = "sphere", .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect,
+    .name = "sphere", .form = FORM_SPHERE, .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect,
     .occluded = occluded, .segments = segments, .surface = surface,
 };
 

@@ -35,6 +35,13 @@ typedef struct {
 #define PLAIN_MINOR_LEAST 0x1p-5
 #define PLAIN_MINOR_GREATEST 2.0
 
+/* For rays that leave the surface: origins within this have f of moderate size, its error in double-double, some 2^-100
+ * of terms below 2^12, is less than VALUE_DOUBT, and over the guess's slack f' changes by less than half of SLOPE_LEAST
+ * (f'' is at most 128, the slack 2^-27), which itself is a quarter of what the guess asks for. */
+#define ORIGIN_MOST 4
+#define VALUE_DOUBT 0x1p-85
+#define SLOPE_LEAST 0x1p-10
+
 /* False: certainly no crossing. */
 static bool guess(const Torus *torus, const Ray *ray, TorusGuess *g)
 {
@@ -239,6 +246,35 @@ static Box bounds_in(const Prim *prim, const Affine *map)
     return affine_box_about(map, vec3_make(0, 0, 0), vec3_add(affine_disc_extent(map), tube));
 }
 
+/* f = g^2 - 4 w at a point, in double-double; and *k gets g. */
+static Dd value_at(const Torus *torus, Vec3 p, Dd *k)
+{
+    Dd w = dd_add(dd_prod(p.x, p.x), dd_prod(p.z, p.z)), mm = dd_prod(torus->minor, torus->minor);
+    *k = dd_sub(dd_add_d(dd_add(w, dd_prod(p.y, p.y)), 1), mm);
+    return dd_sub(dd_mul(*k, *k), (Dd){4 * w.hi, 4 * w.lo});
+}
+
+double torus_minor(const Prim *torus) { return ((const Torus *)torus)->minor; }
+
+bool torus_is_outside(const Prim *prim, Vec3 p)
+{
+    Dd k;
+    return vec3_max(vec3_abs(p)) < ORIGIN_MOST && value_at((const Torus *)prim, p, &k).hi > VALUE_DOUBT;
+}
+
+/* Whether a crossing next to the ray's origin is behind it, as for most rays that leave the torus: it is near the root of
+ * the tangent to f there, so its t has the sign of -f / f'. f needs twice the precision; f' is well off 0 (the guess has
+ * seen to that at the crossing) and hardly changes within slack. False if it is ahead, or in doubt. */
+static bool is_left_behind(const Torus *torus, const Ray *ray, const TorusGuess *g, int i)
+{
+    if (!(fabs(g->t[i]) <= g->slack && ray->tmin >= 0)) return false;
+    Vec3 o = ray->o, d = ray->d;
+    if (!(vec3_max(vec3_abs(o)) < ORIGIN_MOST)) return false;
+    Dd k, f = value_at(torus, o, &k);
+    double wd = o.x * d.x + o.z * d.z, slope = 4 * k.hi * (wd + o.y * d.y) - 8 * wd;
+    return fabs(f.hi) > VALUE_DOUBT && fabs(slope) > SLOPE_LEAST * vec3_max(vec3_abs(d)) && (f.hi > 0) == (slope > 0);
+}
+
 static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scratch)
 {
     const Torus *torus = (const Torus *)prim;
@@ -249,6 +285,7 @@ static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scrat
     for (int i = 0; i < x.guess.count; i++) {
         if (x.guess.sure && x.guess.t[i] + x.guess.slack < ray->tmin) continue;
         if (x.guess.sure && x.guess.t[i] - x.guess.slack > ray->tmax) return false;
+        if (x.guess.sure && is_left_behind(torus, ray, &x.guess, i)) continue;
         Crossing c;
         if (!crossings_get(torus, ray, &x, i, &c) || !(c.t > ray->tmin)) continue;
         if (!(c.t <= ray->tmax)) return false;
@@ -256,6 +293,16 @@ static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scrat
         return true;
     }
     return false;
+}
+
+static bool occluded(const Prim *prim, const Ray *ray, Scratch *scratch)
+{
+    TorusGuess g;
+    Hit hit;
+    if (!guess((const Torus *)prim, ray, &g)) return false;
+    for (int i = 0; g.sure && i < g.count; i++)
+        if (g.t[i] - g.slack > ray->tmin && g.t[i] + g.slack <= ray->tmax) return true;
+    return intersect(prim, ray, &hit, scratch);
 }
 
 /* The gradient of the tube: away from the nearest point of the circle; on the axis, where that isn't one point, along
@@ -288,7 +335,7 @@ static bool segments(const Prim *prim, const Ray *ray, SegList *list)
     return true;
 }
 
-static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *surface)
+static void surface(const Prim *prim, const Ray *ray, const Hit *hit, bool uv, Surface *surface)
 {
     double m = ((const Torus *)prim)->minor;
     Vec3 p = ray_point(ray, hit->t, hit->u);
@@ -303,13 +350,13 @@ static void surface(const Prim *prim, const Ray *ray, const Hit *hit, Surface *s
     surface->p = p;
     surface->p_err = vec3_make(err, err, err);
     surface->n = surface->ns = normal(p);
-    surface->u = wrap_u(p);
-    surface->v = 0.5 + 0.5 * ONE_OVER_PI * atan2(p.y, out);
+    surface->u = uv ? wrap_u(p) : 0;
+    surface->v = uv ? 0.5 + 0.5 * ONE_OVER_PI * atan2(p.y, out) : 0;
 }
 
 static const PrimOps OPS = {
-    .name = "torus", .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect,
-    .segments = segments, .surface = surface,
+    .name = "torus", .form = FORM_TORUS, .closed = true, .bounds = bounds, .bounds_in = bounds_in, .intersect = intersect,
+    .occluded = occluded, .segments = segments, .surface = surface,
 };
 
 Prim *torus_create(double minor)

@@ -19,7 +19,7 @@ static Rgb colour(const Texture *texture, double u, double v, Vec3 p)
 
 static void destroy(Texture *texture) { free(texture); }
 
-static const TextureOps ops = {.name = "height", .colour = colour, .destroy = destroy};
+static const TextureOps ops = {.name = "height", .colour = colour, .by_place = true, .destroy = destroy};
 
 Texture *height_texture_create(double peak)
 {

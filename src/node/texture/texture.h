@@ -15,6 +15,7 @@ typedef struct {
     const char *name;
     /* Colour at texture coordinates (u,v) (any finite or infinite value) and object-space point p. */
     Rgb (*colour)(const Texture *, double u, double v, Vec3 p);
+    bool by_place;   /* looks at p */
     void (*destroy)(Texture *);
 } TextureOps;
 

@@ -4,10 +4,11 @@
 
 #include <inttypes.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "common/rng.h"
 
-enum { FIRST_CAPACITY = 64, RNG_STREAM = 8 };
+enum { FIRST_CAPACITY = 64, RNG_STREAM = 8, FEWEST_LEVELS = 4096 };
 
 /* A body that is being read: depth levels of replacement are left for its symbols. */
 typedef struct {
@@ -112,10 +113,14 @@ static bool interpret(Walk *w, uint32_t s)
     return true;
 }
 
+static bool too_long(Err *err, uint64_t limit)
+{
+    return err_set(err, ERR_LIMIT, "the L-system has more than the limit of %" PRIu64 " symbols", limit);
+}
+
 static bool visit(Walk *w, uint32_t s, uint32_t depth)
 {
-    if (++w->visited > w->limit)
-        return err_set(w->err, ERR_LIMIT, "the L-system has more than the limit of %" PRIu64 " symbols", w->limit);
+    if (++w->visited > w->limit) return too_long(w->err, w->limit);
     const Symbol *symbol = &w->grammar->symbol[s];
     if (depth == 0 || symbol->rule_count == 0) return interpret(w, s);
     const Rule *rule = choose_rule(w, symbol);
@@ -141,11 +146,62 @@ static bool walk(Walk *w)
                    w->grammar->symbol[w->opened[w->opened_count - 1].bracket].name);
 }
 
+static uint64_t capped_sum(uint64_t a, uint64_t b) { return a <= UINT64_MAX - b ? a + b : UINT64_MAX; }
+
+static LsystemCount undivided(const Symbol *symbol)
+{
+    return (LsystemCount){1, symbol->meaning == SYMBOL_TRUNK || symbol->meaning == SYMBOL_LEAF};
+}
+
+/* What becomes of a symbol at least, if its replacements become what `of` says. */
+static LsystemCount replaced(const Grammar *grammar, const Symbol *symbol, const LsystemCount *of)
+{
+    if (symbol->rule_count == 0) return undivided(symbol);
+    LsystemCount least = {UINT64_MAX, UINT64_MAX};
+    double sum = 0;
+    for (uint32_t i = 0; i < symbol->rule_count; i++) {
+        const Rule *rule = &grammar->rule[symbol->first_rule + i];
+        if (rule->probability == 0) continue;
+        sum += rule->probability;
+        LsystemCount all = {0, 0};
+        for (uint32_t k = 0; k < rule->count; k++) {
+            const LsystemCount *one = &of[grammar->body[rule->first + k]];
+            all = (LsystemCount){capped_sum(all.visited, one->visited), capped_sum(all.drawn, one->drawn)};
+        }
+        if (all.visited < least.visited) least.visited = all.visited;
+        if (all.drawn < least.drawn) least.drawn = all.drawn;
+    }
+    if (sum < 1) least = (LsystemCount){0, 0};  /* it may disappear */
+    least.visited = capped_sum(least.visited, 1);
+    return least;
+}
+
+/* From depth 0 up. The fewest visited only grow with the depth, so what FEWEST_LEVELS have is true of more. */
+bool lsystem_fewest(const Grammar *grammar, uint32_t depth, LsystemCount *fewest, Err *err)
+{
+    uint32_t n = grammar->symbol_count, levels = depth < FEWEST_LEVELS ? depth : FEWEST_LEVELS;
+    LsystemCount *now = malloc(2 * (size_t)n * sizeof *now);
+    if (!now) return err_memory(err, "an L-system");
+    LsystemCount *next = now + n;
+    for (uint32_t s = 0; s < n; s++) now[s] = undivided(&grammar->symbol[s]);
+    for (uint32_t level = 0; level < levels; level++) {
+        for (uint32_t s = 0; s < n; s++) next[s] = replaced(grammar, &grammar->symbol[s], now);
+        memcpy(now, next, n * sizeof *now);
+    }
+    *fewest = now[grammar->start];
+    if (levels < depth) fewest->drawn = 0;
+    free(now);
+    return true;
+}
+
 bool lsystem_walk(const Grammar *grammar, uint32_t depth, uint64_t seed, uint64_t limit, LsystemDraw draw, void *context,
                   Err *err)
 {
     Walk w = {.grammar = grammar, .rng = rng_seed(seed, RNG_STREAM), .limit = limit, .end = affine_identity(),
               .draw = draw, .context = context, .err = err};
+    LsystemCount fewest;
+    if (!lsystem_fewest(grammar, depth, &fewest, err)) return false;
+    if (fewest.visited > limit) return too_long(err, limit);
     bool ok = push_level(&w, &grammar->start, 1, depth) && walk(&w);
     free(w.level);
     free(w.opened);

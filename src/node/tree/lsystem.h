@@ -10,6 +10,11 @@
  * trunk's or leaf's node (its own matrix applied before) to the tree's space. False stops the walk. */
 typedef bool (*LsystemDraw)(void *context, SymbolMeaning meaning, const Affine *place);
 
+/* The fewest symbols that are visited and drawn, whatever is drawn of the rules: they tell at once of a string that is far
+ * too long. UINT64_MAX stands for more. False and *err: ERR_LIMIT without memory. */
+typedef struct { uint64_t visited, drawn; } LsystemCount;
+bool lsystem_fewest(const Grammar *grammar, uint32_t depth, LsystemCount *fewest, Err *err);
+
 /* Replaces `depth` times every symbol that has a rule, each by its own draw from `seed`, and walks the result.
  * Memory is proportional to the depth, not to the length of the string, as far as the grammar permits.
  * False and *err: ERR_LIMIT if more than `limit` symbols would be drawn or visited (the text names the limit),

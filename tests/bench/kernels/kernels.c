@@ -149,9 +149,9 @@ static void program_trace(void *context, size_t first, size_t count, uint32_t wo
     for (size_t i = first, end = first + count; i < end; i += STREAM) {
         size_t n = end - i < STREAM ? end - i : STREAM;
         if (run->hit)
-            world_intersect(run->world, run->ray + i, run->hit + i, n, scratch);
+            world_intersect(run->world, run->ray + i, NULL, run->hit + i, n, scratch);
         else
-            world_occluded(run->world, run->ray + i, run->blocked + i, n, scratch);
+            world_occluded(run->world, run->ray + i, NULL, run->blocked + i, n, scratch);
     }
 }
 
