@@ -125,6 +125,7 @@ static void make_rays(const World *world, int kind, Rng *rng, Ray *ray)
         case 1:
             o = vec3_add(vec3_scale(corner, 3), vec3_scale(random_vector(rng), 0.1));
             d = vec3_sub(vec3_make(20, 30, 25), o);
+            tmin = i % 4 == 0 ? 0.5 * rng_double(rng) : 0;
             tmax = 1;
             break;
         case 3: {

@@ -8,7 +8,10 @@
 #endif
 
 #include <immintrin.h>
+#include <stddef.h>
 #include <stdint.h>
+
+#include "common/ray.h"
 
 enum { LANES = 8 };
 
@@ -114,6 +117,7 @@ typedef __m128 Four;
 
 static inline Four four_set(float x) { return _mm_set1_ps(x); }
 static inline Four four_load(const float *p) { return _mm_load_ps(p); }
+static inline void four_store(float *p, Four a) { _mm_store_ps(p, a); }
 static inline Four four_fma(Four a, Four b, Four c) { return _mm_fmadd_ps(a, b, c); }
 static inline Four four_fms(Four a, Four b, Four c) { return _mm_fmsub_ps(a, b, c); }
 static inline Four four_abs(Four a) { return _mm_andnot_ps(_mm_set1_ps(-0.0f), a); }
@@ -177,6 +181,54 @@ static inline void doubles_fields(const double *record, Doubles f[8])
             f[half + k + 2] = _mm256_permute2f128_pd(s[k], s[k + 2], 0x31);
         }
     }
+}
+
+static inline uint32_t lanes_equal_int(LanesInt a, LanesInt b)
+{
+    return (uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(a, b)));
+}
+
+static inline void doubles_store(double *p, Doubles a) { _mm256_storeu_pd(p, a); }
+
+/* The numbers of the lanes in `bits`, moved together; what is after them in `to` may be anything. */
+static inline void doubles_keep(double *to, const double *from, uint32_t bits)
+{
+    for (; bits; bits &= bits - 1) *to++ = from[__builtin_ctz(bits)];
+}
+
+/* Whole numbers as the bits of doubles. */
+static inline Doubles doubles_of_ints(const uint32_t *p)
+{
+    return _mm256_castsi256_pd(_mm256_cvtepu32_epi64(_mm_loadu_si128((const __m128i *)p)));
+}
+
+/* The numbers of a lane, one after the other, to the lane's place, `offset` bytes behind what is there. */
+static inline void doubles_store_pairs(Hit *const *to, size_t offset, Doubles a, Doubles b)
+{
+    Doubles even = _mm256_unpacklo_pd(a, b), odd = _mm256_unpackhi_pd(a, b);
+#define PAIR(i, pairs) _mm_storeu_pd((double *)((char *)to[i] + offset), _mm256_extractf128_pd(pairs, (i) / 2))
+    PAIR(0, even), PAIR(1, odd), PAIR(2, even), PAIR(3, odd);
+#undef PAIR
+}
+
+static inline Doubles doubles_first(Doubles a) { return _mm256_permute4x64_pd(a, 0); }
+
+/* Of sixteen numbers those with these indices. */
+static inline Doubles doubles_chosen(const double *of, const uint32_t *index)
+{
+    return _mm256_setr_pd(of[index[0]], of[index[1]], of[index[2]], of[index[3]]);
+}
+
+/* Four vectors of three from four places. */
+static inline void doubles_gather(const double *const *p, Doubles *x, Doubles *y, Doubles *z)
+{
+    const __m256i three = _mm256_setr_epi64x(-1, -1, -1, 0);
+    Doubles r[4];
+    for (int i = 0; i < 4; i++) r[i] = _mm256_maskload_pd(p[i], three);
+    Doubles xz = _mm256_unpacklo_pd(r[0], r[1]), xz2 = _mm256_unpacklo_pd(r[2], r[3]);
+    *x = _mm256_permute2f128_pd(xz, xz2, 0x20);
+    *z = _mm256_permute2f128_pd(xz, xz2, 0x31);
+    *y = _mm256_permute2f128_pd(_mm256_unpackhi_pd(r[0], r[1]), _mm256_unpackhi_pd(r[2], r[3]), 0x20);
 }
 
 #include "accel/stream_kernel.h"

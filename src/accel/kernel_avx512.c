@@ -9,7 +9,10 @@
 #endif
 
 #include <immintrin.h>
+#include <stddef.h>
 #include <stdint.h>
+
+#include "common/ray.h"
 
 enum { LANES = 16 };
 
@@ -82,6 +85,7 @@ typedef __m128 Four;
 
 static inline Four four_set(float x) { return _mm_set1_ps(x); }
 static inline Four four_load(const float *p) { return _mm_load_ps(p); }
+static inline void four_store(float *p, Four a) { _mm_store_ps(p, a); }
 static inline Four four_fma(Four a, Four b, Four c) { return _mm_fmadd_ps(a, b, c); }
 static inline Four four_fms(Four a, Four b, Four c) { return _mm_fmsub_ps(a, b, c); }
 static inline Four four_abs(Four a) { return _mm_andnot_ps(_mm_set1_ps(-0.0f), a); }
@@ -140,6 +144,53 @@ static inline void doubles_fields(const double *record, Doubles f[8])
         f[k + 2] = _mm512_shuffle_f64x2(c, d, 0x88);
         f[k + 6] = _mm512_shuffle_f64x2(c, d, 0xdd);
     }
+}
+
+static inline uint32_t lanes_equal_int(LanesInt a, LanesInt b) { return _mm512_cmpeq_epi32_mask(a, b); }
+static inline void doubles_store(double *p, Doubles a) { _mm512_storeu_pd(p, a); }
+
+/* The numbers of the lanes in `bits`, moved together; what is after them in `to` may be anything. */
+static inline void doubles_keep(double *to, const double *from, uint32_t bits)
+{
+    _mm512_storeu_pd(to, _mm512_maskz_compress_pd((__mmask8)bits, _mm512_loadu_pd(from)));
+}
+
+/* Whole numbers as the bits of doubles. */
+static inline Doubles doubles_of_ints(const uint32_t *p)
+{
+    return _mm512_castsi512_pd(_mm512_cvtepu32_epi64(_mm256_loadu_si256((const __m256i *)p)));
+}
+
+/* The numbers of a lane, one after the other, to the lane's place, `offset` bytes behind what is there. */
+static inline void doubles_store_pairs(Hit *const *to, size_t offset, Doubles a, Doubles b)
+{
+    Doubles even = _mm512_unpacklo_pd(a, b), odd = _mm512_unpackhi_pd(a, b);
+#define PAIR(i, pairs) _mm_storeu_pd((double *)((char *)to[i] + offset), _mm512_extractf64x2_pd(pairs, (i) / 2))
+    PAIR(0, even), PAIR(1, odd), PAIR(2, even), PAIR(3, odd), PAIR(4, even), PAIR(5, odd), PAIR(6, even), PAIR(7, odd);
+#undef PAIR
+}
+
+static inline Doubles doubles_first(Doubles a) { return _mm512_broadcastsd_pd(_mm512_castpd512_pd128(a)); }
+
+/* Of sixteen numbers those with these indices. */
+static inline Doubles doubles_chosen(const double *of, const uint32_t *index)
+{
+    __m512i at = _mm512_cvtepu32_epi64(_mm256_loadu_si256((const __m256i *)index));
+    return _mm512_permutex2var_pd(_mm512_load_pd(of), at, _mm512_load_pd(of + 8));
+}
+
+/* Eight vectors of three from eight places. */
+static inline void doubles_gather(const double *const *p, Doubles *x, Doubles *y, Doubles *z)
+{
+    Doubles r[4];
+    for (int i = 0; i < 4; i++)
+        r[i] = _mm512_insertf64x4(_mm512_castpd256_pd512(_mm256_maskz_loadu_pd(7, p[i])),
+                                  _mm256_maskz_loadu_pd(7, p[i + 4]), 1);
+    const __m512i low = _mm512_setr_epi64(0, 1, 8, 9, 4, 5, 12, 13), high = _mm512_setr_epi64(2, 3, 10, 11, 6, 7, 14, 15);
+    Doubles xz = _mm512_unpacklo_pd(r[0], r[1]), xz2 = _mm512_unpacklo_pd(r[2], r[3]);
+    *x = _mm512_permutex2var_pd(xz, low, xz2);
+    *z = _mm512_permutex2var_pd(xz, high, xz2);
+    *y = _mm512_permutex2var_pd(_mm512_unpackhi_pd(r[0], r[1]), low, _mm512_unpackhi_pd(r[2], r[3]));
 }
 
 #include "accel/stream_kernel.h"

@@ -1,7 +1,10 @@
 /* Streams with SSE2, which every x86-64 has: four rays or four boxes at once. */
 #if defined(__x86_64__)
 #include <emmintrin.h>
+#include <stddef.h>
 #include <stdint.h>
+
+#include "common/ray.h"
 
 enum { LANES = 4 };
 
@@ -100,6 +103,7 @@ typedef __m128 Four;
 
 static inline Four four_set(float x) { return _mm_set1_ps(x); }
 static inline Four four_load(const float *p) { return _mm_load_ps(p); }
+static inline void four_store(float *p, Four a) { _mm_store_ps(p, a); }
 static inline Four four_fma(Four a, Four b, Four c) { return lanes_fma(a, b, c); }
 static inline Four four_fms(Four a, Four b, Four c) { return lanes_fms(a, b, c); }
 static inline Four four_abs(Four a) { return lanes_abs(a); }
@@ -165,6 +169,49 @@ static inline void doubles_fields(const double *record, Doubles f[8])
         f[k] = _mm_unpacklo_pd(a, b);
         f[k + 1] = _mm_unpackhi_pd(a, b);
     }
+}
+
+static inline uint32_t lanes_equal_int(LanesInt a, LanesInt b)
+{
+    return (uint32_t)_mm_movemask_ps(_mm_castsi128_ps(_mm_cmpeq_epi32(a, b)));
+}
+
+static inline void doubles_store(double *p, Doubles a) { _mm_storeu_pd(p, a); }
+
+/* The numbers of the lanes in `bits`, moved together; what is after them in `to` may be anything. */
+static inline void doubles_keep(double *to, const double *from, uint32_t bits)
+{
+    for (; bits; bits &= bits - 1) *to++ = from[__builtin_ctz(bits)];
+}
+
+/* Whole numbers as the bits of doubles. */
+static inline Doubles doubles_of_ints(const uint32_t *p)
+{
+    return _mm_castsi128_pd(_mm_unpacklo_epi32(_mm_loadl_epi64((const __m128i *)p), _mm_setzero_si128()));
+}
+
+/* The numbers of a lane, one after the other, to the lane's place, `offset` bytes behind what is there. */
+static inline void doubles_store_pairs(Hit *const *to, size_t offset, Doubles a, Doubles b)
+{
+    _mm_storeu_pd((double *)((char *)to[0] + offset), _mm_unpacklo_pd(a, b));
+    _mm_storeu_pd((double *)((char *)to[1] + offset), _mm_unpackhi_pd(a, b));
+}
+
+static inline Doubles doubles_first(Doubles a) { return _mm_unpacklo_pd(a, a); }
+
+/* Of sixteen numbers those with these indices. */
+static inline Doubles doubles_chosen(const double *of, const uint32_t *index)
+{
+    return _mm_setr_pd(of[index[0]], of[index[1]]);
+}
+
+/* Two vectors of three from two places. */
+static inline void doubles_gather(const double *const *p, Doubles *x, Doubles *y, Doubles *z)
+{
+    Doubles a = _mm_loadu_pd(p[0]), b = _mm_loadu_pd(p[1]);
+    *x = _mm_unpacklo_pd(a, b);
+    *y = _mm_unpackhi_pd(a, b);
+    *z = _mm_setr_pd(p[0][2], p[1][2]);
 }
 
 #include "accel/stream_kernel.h"

@@ -388,8 +388,8 @@ static inline Doubles doubles_at(const double *p) { return *(const Doubles *)p; 
 static void bundle_load(Bundle *b, const Object *object)
 {
     const Walk *w = b->w;
-    Vecs o = {doubles_at(w->o[0] + b->at), doubles_at(w->o[1] + b->at), doubles_at(w->o[2] + b->at)};
-    Vecs d = {doubles_at(w->d[0] + b->at), doubles_at(w->d[1] + b->at), doubles_at(w->d[2] + b->at)};
+    Vecs o = {doubles_at(w->given.o[0] + b->at), doubles_at(w->given.o[1] + b->at), doubles_at(w->given.o[2] + b->at)};
+    Vecs d = {doubles_at(w->given.d[0] + b->at), doubles_at(w->given.d[1] + b->at), doubles_at(w->given.d[2] + b->at)};
     b->o = object->in_world ? o : map_points(&object->to_object, &o);
     b->d = object->in_world ? d : map_vectors(&object->to_object, &d);
     b->tmax = doubles_of_floats(w->space.tmax + b->at);
@@ -405,7 +405,7 @@ static uint32_t take_crossings(const Bundle *b, uint32_t lanes, const Crossings 
     *(Doubles *)part = c->part;
     for (uint32_t left = lanes & ~c->odd; left; left &= left - 1) {
         uint32_t k = (uint32_t)__builtin_ctz(left), i = b->at + k;
-        double scale = 1 / w->per_scale[i];
+        double scale = 1 / w->given.per_scale[i];
         Hit hit = {.t = t[k] * scale, .u = lo[k] * scale, .part = (uint32_t)part[k], .leaf = leaf, .object = b->index};
         if (hit.t <= w->ray[i].tmax) offer(w, &w->space, i, &hit);
     }
@@ -733,7 +733,7 @@ static uint32_t csg_bundle(const Bundle *b, const Csg *csg)
 
 static bool is_plain(const Walk *w, uint32_t i)
 {
-    return w->ray[i].tmin == 0 && w->per_scale[i] > SOLID_SCALE_LEAST && w->per_scale[i] < SOLID_SCALE_GREATEST;
+    return w->ray[i].tmin == 0 && w->given.per_scale[i] > SOLID_SCALE_LEAST && w->given.per_scale[i] < SOLID_SCALE_GREATEST;
 }
 
 /* Roundings of a plane's place less the origin's, and of the quotient and its product. */

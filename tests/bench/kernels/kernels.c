@@ -27,10 +27,11 @@
 #include "bench/kernels/workers.h"
 #include "common/cpu.h"
 #include "common/rng.h"
+#include "render/tiles.h"
 #include "support/check.h"
 #include "support/world_fixture.h"
 
-enum { SEED = 20261126, STREAM = 512, TILE = 16, MAX_THREADS = 64, MAX_REPEAT = 99, BUILD_REPEAT = 5, LARGE_REPEAT = 3 };
+enum { SEED = 20261126, STREAM = 512, MAX_THREADS = 64, MAX_REPEAT = 99, BUILD_REPEAT = 5, LARGE_REPEAT = 3 };
 
 /* Meshes whose builds are repeated LARGE_REPEAT times only. */
 #define LARGE 2000000u
@@ -163,14 +164,6 @@ static EmbreeHit program_hit(const ProgramRun *run, size_t i)
 
 /* ---- meshes and rays ---- */
 
-/* Every second bit of k: pixels of a tile along a Z curve, as the renderer takes them. */
-static uint32_t even_bits(uint32_t k)
-{
-    uint32_t bits = 0;
-    for (int i = 0; i < 4; i++) bits |= (k >> (2 * i) & 1) << i;
-    return bits;
-}
-
 static void make_camera_rays(Subject *s, uint32_t size)
 {
     const World *world = s->fixture.world;
@@ -180,7 +173,7 @@ static void make_camera_rays(Subject *s, uint32_t size)
     uint32_t tiles = (size + TILE - 1) / TILE;
     for (uint32_t tile = 0; tile < tiles * tiles; tile++)
         for (uint32_t k = 0; k < TILE * TILE; k++) {
-            uint32_t x = tile % tiles * TILE + even_bits(k), y = tile / tiles * TILE + even_bits(k >> 1);
+            uint32_t x = tile % tiles * TILE + tile_column(k), y = tile / tiles * TILE + tile_row(k);
             if (x >= size || y >= size) continue;
             Vec3 d = vec3_at(world->camera.forward, 2 * (x + 0.5) / size - 1, world->camera.right);
             d = vec3_at(d, 1 - 2 * (y + 0.5) / size, world->camera.up);
