@@ -821,17 +821,23 @@ static void at_solid(Walk *w, uint32_t index, uint64_t rays, bool any)
 {
     const Object *object = &w->world->objects[index];
     uint64_t doubt = 0;
-    for (uint32_t at = 0; at < w->count; at += DOUBLES) {
-        Bundle b = {.w = w, .index = index, .at = at, .any = any, .rays = (uint32_t)(rays >> at) & ALL_DOUBLES};
+    Bundle b;
+    b.w = w;
+    b.index = index;
+    b.any = any;
+    while (rays) {
+        b.at = (uint32_t)__builtin_ctzll(rays) & ~((uint32_t)DOUBLES - 1);
+        b.rays = (uint32_t)(rays >> b.at) & ALL_DOUBLES;
+        rays &= ~((uint64_t)ALL_DOUBLES << b.at);
         for (uint32_t left = b.rays; left; left &= left - 1) {
             uint32_t k = (uint32_t)__builtin_ctz(left);
-            if (is_plain(w, at + k)) continue;
+            if (is_plain(w, b.at + k)) continue;
             b.rays &= ~(1u << k);
-            doubt |= (uint64_t)1 << (at + k);
+            doubt |= (uint64_t)1 << (b.at + k);
         }
         if (!b.rays) continue;
         bundle_load(&b, object);
-        doubt |= (uint64_t)at_bundle(&b, object->prim) << at;
+        doubt |= (uint64_t)at_bundle(&b, object->prim) << b.at;
     }
     if (doubt) at_prim(w, index, doubt, any);
 }
