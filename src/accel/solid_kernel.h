@@ -422,8 +422,11 @@ static inline Side end_of(const Bundle *b, Doubles t, Doubles width)
 /* A primitive by itself. Returns the lanes in doubt. */
 static inline __attribute__((always_inline)) uint32_t form_alone(const Bundle *b, PrimForm form)
 {
-    Span s = {.o = b->o, .d = b->d};
+    Span s;
+    s.o = b->o;
+    s.d = b->d;
     span_of(form, &s);
+    if (!(b->rays & (s.met | s.doubt))) return 0;
     Doubles zero = doubles_set(0);
     Side in = side_of(&s, 0, s.in, s.slack, zero, 0), out = side_of(&s, 1, s.out, s.slack, zero, 0);
     uint32_t met = b->rays & s.met, doubt = b->rays & s.doubt;
