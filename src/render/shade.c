@@ -125,8 +125,8 @@ static LeftFace left_face(const Points *s, uint32_t i, double above, Vec3 d)
 static bool are_equal(Vec3 a, Vec3 b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 
 /* Adds a hit: its surface, in the object's space. */
-static inline __attribute__((always_inline)) void add_point(const World *world, const Ray *ray, const Hit *hit, Points *points,
-                                                            unsigned features)
+static inline __attribute__((always_inline)) void add_point(const World *world, const Ray *ray, const Hit *hit,
+                                                            Points *points, unsigned features)
 {
     const Object *object = &world->objects[hit->object];
     uint32_t i = points->count++;

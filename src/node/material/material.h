@@ -10,9 +10,9 @@ typedef struct Material Material;
 
 typedef struct {
     const char *name;
-    /* The shares of a light's colour that leave n points toward the viewer: n_l = n.l, where that is above 0 (elsewhere any
-     * number will do); r_v = r.v, r the mirror image of l (n, l, r, v unit vectors); kd the diffuse colours, which a texture
-     * may have replaced. */
+    /* The shares of a light's colour that leave n points toward the viewer: n_l = n.l, where that is above 0 (elsewhere
+     * any number will do); r_v = r.v, r the mirror image of l (n, l, r, v unit vectors); kd the diffuse colours, which a
+     * texture may have replaced. */
     void (*reflect_light)(const Material *, const float *const kd[3], const float *n_l, const float *r_v,
                           float *const share[3], uint32_t n);
 } MaterialOps;
