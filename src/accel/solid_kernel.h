@@ -422,8 +422,11 @@ static inline Side end_of(const Bundle *b, Doubles t, Doubles width)
 /* A primitive by itself. Returns the lanes in doubt. */
 static inline __attribute__((always_inline)) uint32_t form_alone(const Bundle *b, PrimForm form)
 {
-    Span s = {.o = b->o, .d = b->d};
+    Span s;
+    s.o = b->o;
+    s.d = b->d;
     span_of(form, &s);
+    if (!(b->rays & (s.met | s.doubt))) return 0;
     Doubles zero = doubles_set(0);
     Side in = side_of(&s, 0, s.in, s.slack, zero, 0), out = side_of(&s, 1, s.out, s.slack, zero, 0);
     uint32_t met = b->rays & s.met, doubt = b->rays & s.doubt;
@@ -821,17 +824,23 @@ static void at_solid(Walk *w, uint32_t index, uint64_t rays, bool any)
 {
     const Object *object = &w->world->objects[index];
     uint64_t doubt = 0;
-    for (uint32_t at = 0; at < w->count; at += DOUBLES) {
-        Bundle b = {.w = w, .index = index, .at = at, .any = any, .rays = (uint32_t)(rays >> at) & ALL_DOUBLES};
+    Bundle b;
+    b.w = w;
+    b.index = index;
+    b.any = any;
+    while (rays) {
+        b.at = (uint32_t)__builtin_ctzll(rays) & ~((uint32_t)DOUBLES - 1);
+        b.rays = (uint32_t)(rays >> b.at) & ALL_DOUBLES;
+        rays &= ~((uint64_t)ALL_DOUBLES << b.at);
         for (uint32_t left = b.rays; left; left &= left - 1) {
             uint32_t k = (uint32_t)__builtin_ctz(left);
-            if (is_plain(w, at + k)) continue;
+            if (is_plain(w, b.at + k)) continue;
             b.rays &= ~(1u << k);
-            doubt |= (uint64_t)1 << (at + k);
+            doubt |= (uint64_t)1 << (b.at + k);
         }
         if (!b.rays) continue;
         bundle_load(&b, object);
-        doubt |= (uint64_t)at_bundle(&b, object->prim) << at;
+        doubt |= (uint64_t)at_bundle(&b, object->prim) << b.at;
     }
     if (doubt) at_prim(w, index, doubt, any);
 }

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "common/wide.h"
 #include "render/sample.h"
 
 SampleStream *stream_create(const World *world, const RenderSettings *settings)
@@ -40,11 +41,35 @@ static Rgb background(const RenderSettings *s, uint32_t row)
     return rgb(0.5f, 0.3f, (float)(1 - y / (double)s->height));
 }
 
-static Ray camera_ray(const World *world, const RenderSettings *s, double x, double y)
+/* The directions of the camera rays through points of the picture. */
+WIDE static void camera_directions(const World *world, double width, double height, const double *restrict x,
+                                   const double *restrict y, Ray *restrict ray, uint32_t n)
 {
-    double right = 2 * x / (double)s->width - 1, up = 1 - 2 * y / (double)s->height;
-    Vec3 d = vec3_at(vec3_at(world->camera.forward, right, world->camera.right), up, world->camera.up);
-    return (Ray){world->camera.eye, d, 0, INFINITY};
+    Vec3 forward = world->camera.forward, to_right = world->camera.right, to_up = world->camera.up;
+    for (uint32_t i = 0; i < n; i++) {
+        double right = 2 * x[i] / width - 1, up = 1 - 2 * y[i] / height;
+        ray[i].d = vec3_at(vec3_at(forward, right, to_right), up, to_up);
+    }
+}
+
+/* The rays of all samples. */
+static void make_rays(SampleStream *s)
+{
+    sample_places(s->low, s->high, s->index, s->x, s->y, s->count);
+    for (const SampleRun *run = s->run; run < s->run + s->runs; run++) {
+        double x = run->x, y = run->y;
+        if (run->centre) s->x[run->begin] = s->y[run->begin] = 0.5;
+        for (uint32_t i = run->begin; i < run->end; i++) {
+            s->x[i] += x;
+            s->y[i] += y;
+        }
+    }
+    for (uint32_t i = 0; i < s->count; i++) {
+        s->ray[i].o = s->world->camera.eye;
+        s->ray[i].tmin = 0;
+        s->ray[i].tmax = INFINITY;
+    }
+    camera_directions(s->world, s->settings->width, s->settings->height, s->x, s->y, s->ray, s->count);
 }
 
 static bool comes_before(const RenderStats *a, const RenderStats *b)
@@ -85,6 +110,7 @@ static void count_not_finite(SampleStream *s, const SampleRun *run, uint32_t i)
 void stream_flush(SampleStream *s)
 {
     if (s->count == 0) return;
+    make_rays(s);
     shade_stream(s->world, s->shader, s->ray, s->missed, s->count, s->settings->max_depth, s->colour, &s->stats,
                  &s->scratch);
     for (uint32_t r = 0; r < s->runs; r++)
@@ -112,15 +138,15 @@ static SampleRun *begin_run(SampleStream *s, const SampleRun *like)
 void stream_add_replicate(SampleStream *stream, SampleRun like, uint64_t seed, uint32_t replicate, uint32_t first,
                           uint32_t end)
 {
-    const RenderSettings *s = stream->settings;
-    Rgb miss = background(s, like.y);
-    uint64_t key = sample_key(seed, like.x, like.y, replicate);
+    Rgb miss = background(stream->settings, like.y);
+    uint64_t key = like.centre ? 0 : sample_key(seed, like.x, like.y, replicate);
     for (uint32_t i = first; i < end;) {
         SampleRun *run = begin_run(stream, &like);
         uint32_t room = STREAM_RAYS - stream->count, n = end - i < room ? end - i : room;
         for (uint32_t stop = i + n; i < stop; i++, stream->count++) {
-            Sample2 at = sample_place(key, i);
-            stream->ray[stream->count] = camera_ray(stream->world, s, like.x + at.x, like.y + at.y);
+            stream->low[stream->count] = (uint32_t)key;
+            stream->high[stream->count] = (uint32_t)(key >> 32);
+            stream->index[stream->count] = i;
             stream->missed[stream->count] = miss;
         }
         run->end = stream->count;
@@ -130,17 +156,10 @@ void stream_add_replicate(SampleStream *stream, SampleRun like, uint64_t seed, u
 
 void stream_add_pixel(SampleStream *stream, uint32_t x, uint32_t y, uint32_t slot, uint32_t samples)
 {
-    const RenderSettings *s = stream->settings;
-    SampleRun like = {.x = x, .y = y, .slot = slot, .total = samples};
-    if (samples == 1) {
-        SampleRun *run = begin_run(stream, &like);
-        stream->ray[stream->count] = camera_ray(stream->world, s, x + 0.5, y + 0.5);
-        stream->missed[stream->count] = background(s, y);
-        run->end = ++stream->count;
-        return;
-    }
+    uint64_t seed = stream->settings->seed;
+    SampleRun like = {.x = x, .y = y, .slot = slot, .total = samples, .centre = samples == 1};
     uint32_t share_a = sample_share_a(samples);
-    stream_add_replicate(stream, like, s->seed, 0, 0, share_a);
+    stream_add_replicate(stream, like, seed, 0, 0, share_a);
     like.number = share_a;
-    stream_add_replicate(stream, like, s->seed, 1, 0, samples - share_a);
+    stream_add_replicate(stream, like, seed, 1, 0, samples - share_a);
 }

@@ -19,6 +19,7 @@ typedef struct {
     uint32_t number;       /* of the first among those that `total` samples draw: all of replicate A, then all of B */
     uint32_t total;
     uint32_t begin, end;   /* in the stream */
+    bool centre;           /* one sample, at the pixel's centre */
 } SampleRun;
 
 typedef struct SampleStream SampleStream;
@@ -34,6 +35,8 @@ struct SampleStream {
     Shader *shader;
     Scratch scratch;
     RenderStats stats;
+    uint32_t low[STREAM_RAYS], high[STREAM_RAYS], index[STREAM_RAYS];   /* of each sample's place (sample.h) */
+    double x[STREAM_RAYS], y[STREAM_RAYS];                              /* and that in its pixel, then in the picture */
     Ray ray[STREAM_RAYS];
     Rgb missed[STREAM_RAYS];
     double colour[STREAM_RAYS][3];   /* finite: one that isn't is counted and becomes black */

@@ -18,6 +18,7 @@
 #include "common/memory.h"
 #include "common/place.h"
 #include "node/tree/lsystem.h"
+#include "scene/pieces.h"
 
 /* A mesh all of whose places together have up to BAKE_TRIANGLES is baked: beyond that, mapping the rays costs less than
  * copying it and building over the copies. So many are baked in the whole scene, a hundred megabytes. */
@@ -932,7 +933,8 @@ static bool build_bvh(Compile *c, World *world)
         Stopwatch w = stopwatch();
         BvhSettings settings = {.max_leaf = OBJECT_LEAF, .block = 1, .block_cost = OBJECT_COST,
                                 .threads = c->settings->threads};
-        ok = bvh_build(&world->bvh, ref, (uint32_t)c->object_count, &settings, c->err);
+        uint32_t count = (uint32_t)c->object_count;
+        ok = pieces_cut(c->objects, &ref, &count, c->err) && bvh_build(&world->bvh, ref, count, &settings, c->err);
         if (ok) bvh_name_items(&world->bvh);
         stop(w, &c->stats->bvh_wall_s, &c->stats->bvh_cpu_s);
     }

@@ -2,15 +2,19 @@
 #ifndef RT_NODE_MATERIAL_MATERIAL_H
 #define RT_NODE_MATERIAL_MATERIAL_H
 
+#include <stdint.h>
+
 #include "common/colour.h"
 
 typedef struct Material Material;
 
 typedef struct {
     const char *name;
-    /* The share of a light's colour that leaves toward the viewer: n_l = n.l > 0; r_v = r.v, r the mirror image of l
-     * (n, l, r, v unit vectors); kd the diffuse colour, which a texture may have replaced. */
-    Rgb (*reflect_light)(const Material *, Rgb kd, float n_l, float r_v);
+    /* The shares of a light's colour that leave n points toward the viewer: n_l = n.l, where that is above 0 (elsewhere
+     * any number will do); r_v = r.v, r the mirror image of l (n, l, r, v unit vectors); kd the diffuse colours, which a
+     * texture may have replaced. */
+    void (*reflect_light)(const Material *, const float *const kd[3], const float *n_l, const float *r_v,
+                          float *const share[3], uint32_t n);
 } MaterialOps;
 
 struct Material {

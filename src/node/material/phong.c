@@ -5,20 +5,47 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "common/power.h"
+#include "common/wide.h"
+
 typedef struct {
     Material base;
     Rgb ks;
     float exponent;
 } Phong;
 
-static Rgb reflect_light(const Material *material, Rgb kd, float n_l, float r_v)
+/* A cosine that rounding put above 1 would blow up under a large exponent; one below this counts as this. */
+#define LEAST_COSINE 0x1p-126
+
+/* Points at once: each loop writes one array, so that the compiler can tell it from those it reads. */
+enum { BLOCK = 64 };
+
+WIDE static void shine_of(const float *restrict r_v, double exponent, float *restrict shine, uint32_t n)
+{
+    for (uint32_t i = 0; i < n; i++) {
+        double cosine = (double)r_v[i];
+        cosine = cosine < 1 ? cosine : 1;
+        float power = (float)power_of(cosine > LEAST_COSINE ? cosine : LEAST_COSINE, exponent);
+        shine[i] = cosine > 0 ? power : 0;
+    }
+}
+
+WIDE static void add_up(const float *restrict kd, const float *restrict n_l, float ks, const float *restrict shine,
+                        float *restrict share, uint32_t n)
+{
+    for (uint32_t i = 0; i < n; i++) share[i] = kd[i] * n_l[i] + ks * shine[i];
+}
+
+static void reflect_light(const Material *material, const float *const kd[3], const float *n_l, const float *r_v,
+                          float *const share[3], uint32_t n)
 {
     const Phong *m = (const Phong *)material;
-    if (!(n_l > 0)) return rgb(0, 0, 0);
-    Rgb diffuse = glms_vec3_scale(kd, n_l);
-    if (!(r_v > 0)) return diffuse;
-    /* a cosine that rounding put above 1 would blow up under a large exponent */
-    return glms_vec3_add(diffuse, glms_vec3_scale(m->ks, powf(r_v < 1 ? r_v : 1, m->exponent)));
+    float shine[BLOCK];
+    for (uint32_t at = 0, count; at < n; at += count) {
+        count = n - at < BLOCK ? n - at : BLOCK;
+        shine_of(r_v + at, (double)m->exponent, shine, count);
+        for (int k = 0; k < 3; k++) add_up(kd[k] + at, n_l + at, m->ks.raw[k], shine, share[k] + at, count);
+    }
 }
 
 static const MaterialOps ops = {.name = "phong", .reflect_light = reflect_light};

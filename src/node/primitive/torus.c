@@ -254,7 +254,7 @@ static Dd value_at(const Torus *torus, Vec3 p, Dd *k)
     return dd_sub(dd_mul(*k, *k), (Dd){4 * w.hi, 4 * w.lo});
 }
 
-double torus_minor(const Prim *torus) { return ((const Torus *)torus)->minor; }
+double torus_minor(const Prim *prim) { return ((const Torus *)prim)->minor; }
 
 bool torus_is_outside(const Prim *prim, Vec3 p)
 {
