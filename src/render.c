@@ -18,6 +18,7 @@ typedef struct {
     void *film;
     ErrorMap *map;
     ErrorMap guess;          /* what the audit's draws go by; nothing without an audit */
+    ReplicateSplit split;    /* with one sample there are no replicates */
     uint32_t levels;
     double *level_error;     /* `levels` for each tile: sum of the pixels' squared errors with 2 << level samples */
     atomic_ullong clipped;
@@ -42,14 +43,14 @@ static double squared_distance(const double a[3], const double b[3])
     return sum;
 }
 
-/* `count` samples of a replicate of the pixel are summed. */
-static void take_level(TileFilm *film, uint32_t pixel, int replicate, uint32_t count)
+/* The first `count` samples of a replicate of the pixel add up to `sum`. */
+static void take_level(TileFilm *film, uint32_t pixel, int replicate, uint32_t count, const double sum[3])
 {
     int level = 0;
     while (1u << level < count) level++;
-    if (replicate == 0) memcpy(film->early[level][pixel], film->part[0][pixel], sizeof film->early[level][pixel]);
-    else
-        film->level_error[level] += squared_distance(film->early[level][pixel], film->part[1][pixel]) / 12 / count / count;
+    double *early = film->early[level][pixel];
+    if (replicate == 0) memcpy(early, sum, sizeof film->early[level][pixel]);
+    else film->level_error[level] += squared_distance(early, sum) / 12 / count / count;
 }
 
 static void take_tile(void *context, const SampleStream *stream)
@@ -58,23 +59,26 @@ static void take_tile(void *context, const SampleStream *stream)
     for (const SampleRun *run = stream->run; run < stream->run + stream->runs; run++) {
         int replicate = run->number >= film->share_a;
         uint32_t pixel = run->slot, before = run->number - (replicate ? film->share_a : 0);
-        double *all = film->all[pixel], *part = film->part[replicate][pixel], squares = 0;
+        double all[3], part[3], squares = film->squares[pixel];
+        memcpy(all, film->all[pixel], sizeof all);
+        memcpy(part, film->part[replicate][pixel], sizeof part);
         for (uint32_t i = run->begin; i < run->end; i++, before++) {
             const double *c = stream->colour[i];
             for (int k = 0; k < 3; k++) {
                 all[k] += c[k];
                 part[k] += c[k];
+                squares += c[k] * c[k];
             }
-            squares += c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
-            if ((before & (before + 1)) == 0) take_level(film, pixel, replicate, before + 1);
+            if ((before & (before + 1)) == 0) take_level(film, pixel, replicate, before + 1, part);
         }
-        film->squares[pixel] += squares;
+        memcpy(film->all[pixel], all, sizeof all);
+        memcpy(film->part[replicate][pixel], part, sizeof part);
+        film->squares[pixel] = squares;
     }
 }
 
-/* The squared error of the pixel's mean over channels. Replicates of n_a and n_b samples whose variances are s / n_a and
- * s / n_b differ by s (n_a + n_b) / (n_a n_b) in the square, and the mean of all has s / (n_a + n_b). */
-static double replicate_error(const TileFilm *film, uint32_t pixel, uint32_t samples, double *greatest)
+/* The squared error of the pixel's mean over channels. */
+static double replicate_error(const TileFilm *film, uint32_t pixel, uint32_t samples, double share, double *greatest)
 {
     double n_a = film->share_a, n_b = samples - film->share_a, sum = 0;
     for (int k = 0; k < 3; k++) {
@@ -82,39 +86,45 @@ static double replicate_error(const TileFilm *film, uint32_t pixel, uint32_t sam
         *greatest = fmax(*greatest, fabs(d));
         sum += d * d;
     }
-    return sum / 3 * (n_a * n_b / ((double)samples * samples));
+    return sum / 3 * share;
 }
 
-/* How far a pixel's sum is from those of its neighbours in the tile, squared and summed. */
-static double contrast(const TileFilm *film, const TileRect *rect, uint32_t x, uint32_t y)
+/* How far each pixel's sum is from those of its neighbours in the tile, left, right, above and below, squared and summed. */
+static void find_contrasts(const TileFilm *film, const TileRect *r, double contrast[TILE_PIXELS])
 {
-    double sum = 0;
-    const double *own = film->all[y * TILE + x];
-    for (uint32_t j = y > 0 ? y - 1 : 0; j <= y + 1 && rect->y0 + j < rect->y1; j++)
-        for (uint32_t i = x > 0 ? x - 1 : 0; i <= x + 1 && rect->x0 + i < rect->x1; i++)
-            sum += squared_distance(film->all[j * TILE + i], own);
-    return sum;
+    uint32_t width = r->x1 - r->x0, height = r->y1 - r->y0;
+    memset(contrast, 0, TILE_PIXELS * sizeof *contrast);
+    for (uint32_t y = 0; y < height; y++)
+        for (uint32_t x = 0, i = y * TILE; x < width; x++, i++) {
+            double right = x + 1 < width ? squared_distance(film->all[i], film->all[i + 1]) : 0;
+            double below = y + 1 < height ? squared_distance(film->all[i], film->all[i + TILE]) : 0;
+            contrast[i] += right + below;
+            if (x + 1 < width) contrast[i + 1] += right;
+            if (y + 1 < height) contrast[i + TILE] += below;
+        }
 }
 
 /* Where the audit should look: where the replicates differ, and where the pixel's samples do or its neighbours, as
  * allocate.c has it. */
-static double guess_error(const TileFilm *film, const TileRect *rect, uint32_t x, uint32_t y, double n, double error)
+static double guess_error(const TileFilm *film, uint32_t pixel, double contrast, double n, double error)
 {
-    const double *sum = film->all[y * TILE + x];
-    double squares = film->squares[y * TILE + x] - (sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]) / n;
+    const double *sum = film->all[pixel];
+    double squares = film->squares[pixel] - (sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]) / n;
     double spread = n > 1 ? fmax(squares, 0) / (3 * (n - 1)) : 0;
-    double floor = contrast(film, rect, x, y) / (3 * n * n) * 2 / ((n + 3) * (n + 3));
+    double floor = contrast / (3 * n * n) * 2 / ((n + 3) * (n + 3));
     return error + fmax(spread, floor) / (n * sqrt(n));
 }
 
 static void put_guesses(Fixed *job, const TileFilm *film, uint32_t tile)
 {
     TileRect r = tile_rect(&job->map->tiles, tile);
-    double sum = 0;
+    double sum = 0, contrast[TILE_PIXELS];
+    find_contrasts(film, &r, contrast);
     for (uint32_t y = r.y0; y < r.y1; y++)
         for (uint32_t x = r.x0; x < r.x1; x++) {
             double error = error_of_code(job->map->code[(size_t)y * job->map->tiles.width + x]);
-            double guess = guess_error(film, &r, x - r.x0, y - r.y0, job->settings->samples, error);
+            uint32_t pixel = (y - r.y0) * TILE + (x - r.x0);
+            double guess = guess_error(film, pixel, contrast[pixel], job->settings->samples, error);
             error_map_put(&job->guess, x, y, guess);
             sum += guess;
         }
@@ -135,7 +145,7 @@ static void write_tile(Fixed *job, const TileFilm *film, uint32_t tile)
             for (int k = 0; k < 3; k++) mean[k] = film->all[pixel][k] / (double)s->samples;
             film_put(s->format, s->srgb, job->film, at, mean);
             clipped += film_clips(mean);
-            if (s->samples > 1) e = replicate_error(film, pixel, s->samples, &error.greatest);
+            if (s->samples > 1) e = replicate_error(film, pixel, s->samples, job->split.share, &error.greatest);
             error_map_put(job->map, x, y, e);
             if (s->reference) error.true_sum += true_error(mean, s->reference + 3 * at);
             error.sum += e;
@@ -277,7 +287,7 @@ static bool judge_fixed(Fixed *job, const CurvePoint *begin, Crew *crew, RenderS
     bool agrees = sum.sum == 0;
     if (has_replicates) {
         if (!outcome_set_pixel_error(outcome, err)) return false;
-        square = replicate_mean_square(&sum, pixels);
+        square = replicate_mean_square(&sum, pixels, job->split.doubt);
         point.predicted = sqrt(square.mean);
         point.greatest_diff = sum.greatest;
     }
@@ -306,6 +316,7 @@ static bool render_fixed(Crew *crew, const RenderSettings *s, void *film, Render
     Fixed job = {.settings = s, .film = film, .map = &outcome->map};
     CurvePoint begin;
     note_time(&begin, s);
+    if (s->samples > 1) job.split = replicate_split(sample_share_a(s->samples), s->samples / 2);
     while (2u << job.levels <= s->samples) job.levels++;
     job.level_error = calloc((size_t)job.map->tiles.count * job.levels + 1, sizeof *job.level_error);
     if (!job.level_error) return err_memory(err, "the curve of error");

@@ -293,6 +293,13 @@ static bool audit(Adaptive *job, Crew *crew, Err *err)
 
 static double look_alpha(uint32_t look_number) { return ERROR_ALPHA * (1 - LATER_LOOK) * pow(LATER_LOOK, look_number); }
 
+/* Pixels that both replicates wrongly take for finished are pairs that agree, and rounds end when the replicates agree by
+ * chance: their mean square is up to this share of itself too low (29 scenes at 256 x 256, make calibration: 4 to 10 % on
+ * average). The middle is taken, and the deviation of what is spread evenly. */
+#define REPLICATES_LOW 0.15
+#define REPLICATES_RAISE (1 + REPLICATES_LOW / 2)
+#define REPLICATES_DOUBT (REPLICATES_LOW / REPLICATES_RAISE / sqrt(12))
+
 /* The outcome's interval reaches above the replicates' figure, which the rounds go by, so they aim lower. On the scenes of
  * Assets an audited mean square has a relative standard deviation of 4 to 7 / sqrt(draws), and less together with the
  * replicates'; half of that is the deviation of the RMSE. The half width of the interval is 2.05 of that, and the outcome
@@ -304,14 +311,17 @@ static double audit_margin(const Adaptive *job)
 {
     if (!job->settings->audits) return 1;
     MeanSquare audited = {1, AUDIT_SPREAD / sqrt(draw_count(job))};
-    return exp(-AUDIT_REACH * agreed_mean_square(audited, (MeanSquare){1, 0}).deviation / 2);
+    double deviation = agreed_mean_square(audited, (MeanSquare){1, REPLICATES_DOUBT}).deviation;
+    return exp(-AUDIT_REACH * deviation / 2) / sqrt(REPLICATES_RAISE);
 }
 
 /* What the picture's error is. A picture all of whose samples agree has what they can have missed. */
 static bool judge(Adaptive *job, Crew *crew, const TileError *sum, CurvePoint *point, Estimate *rmse, Err *err)
 {
     double alpha = look_alpha(job->look);
-    MeanSquare square = replicate_mean_square(sum, job->pixels);
+    MeanSquare square = replicate_mean_square(sum, job->pixels, REPLICATES_DOUBT);
+    square.mean *= REPLICATES_RAISE;
+    square.deviation *= REPLICATES_RAISE;
     bool agrees = sum->sum == 0;
     point->audited = job->settings->audits;
     if (point->audited) {

@@ -36,8 +36,14 @@ typedef struct { double mean, deviation; } MeanSquare;
 
 MeanSquare audit_mean_square(const AuditDraw *draw, uint32_t count);
 
-/* By the replicates, for `pixels` pixels whose errors add up to *sum: right if both are unbiased and independent. */
-MeanSquare replicate_mean_square(const TileError *sum, uint64_t pixels);
+/* By the replicates, for `pixels` pixels whose errors add up to *sum: right if both are unbiased and independent. It may be
+ * off by `doubt`, a share of itself, in ways that its spread doesn't tell. */
+MeanSquare replicate_mean_square(const TileError *sum, uint64_t pixels, double doubt);
+
+/* Replicates of n_a and n_b samples whose means differ by d: what the mean of all samples has of d^2 as its variance, and
+ * how far, of itself, that may be off. */
+typedef struct { double share, doubt; } ReplicateSplit;
+ReplicateSplit replicate_split(uint32_t n_a, uint32_t n_b);
 
 /* Both together, or the audit's alone where they contradict each other. */
 MeanSquare agreed_mean_square(MeanSquare audit, MeanSquare replicates);
