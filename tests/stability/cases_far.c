@@ -119,7 +119,7 @@ static void hits_far_away(Row *row, uint64_t trials)
     Rng rng = rng_seed(10, 1);
     Scratch scratch = {.arena = arena_create()};
     CHECK(scratch.arena);
-    for (uint64_t i = 0; i < trials / RAYS; i++) shoot(row, &rng, &shapes[i % 5], i, &scratch);
+    for (uint64_t i = 0; i < (trials + RAYS - 1) / RAYS; i++) shoot(row, &rng, &shapes[i % 5], i, &scratch);
     arena_destroy(scratch.arena);
 }
 

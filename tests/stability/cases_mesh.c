@@ -126,7 +126,7 @@ static void watertight_edges(Row *row, uint64_t trials)
         Mesh *mesh = mesh_sphere(200, 200, centre);
         Prim *prim = prim_of(mesh, true);
         Fans f = fans_create(mesh);
-        uint64_t pass = trials / 3, step = trials >= 480000 ? 1 : 8;  /* in a short run every eighth */
+        uint64_t pass = (trials + 2) / 3, step = trials >= 480000 ? 1 : 8;  /* in a short run every eighth */
         for (uint64_t done = 0; done < pass;) {
             for (uint32_t i = 0; i < mesh->triangle_count; i += (uint32_t)step)
                 for (int side = 0; side < 3; side++) {
@@ -160,7 +160,7 @@ static void watertight_random(Row *row, uint64_t trials)
         Vec3 centre = vec3_make(OFFSET[k], -OFFSET[k], 0.5 * OFFSET[k]);
         Mesh *mesh = mesh_sphere(200, 200, centre);
         Prim *prim = prim_of(mesh, true);
-        for (uint64_t i = 0; i < trials / 3; i++) {
+        for (uint64_t i = 0; i < (trials + 2) / 3; i++) {
             bool inside = i % 2;
             Vec3 o = vec3_at(centre, inside ? 0.5 : 5, random_vector(&rng)), target = vec3_at(centre, 0.55, random_vector(&rng));
             if (!inside && vec3_length(vec3_sub(o, centre)) < 1.5) o = vec3_at(o, 3, vec3_make(0, 1, 0));
@@ -191,7 +191,7 @@ static void shared_vertex(Row *row, uint64_t trials)
         Mesh *mesh = mesh_sphere(2, 1000, centre);  /* two pyramids, base to base */
         Prim *prim = prim_of(mesh, true);
         Fans f = fans_create(mesh);
-        for (uint64_t i = 0; i < trials / 3; i++) {
+        for (uint64_t i = 0; i < (trials + 2) / 3; i++) {
             uint32_t pole = i % 2 ? mesh->position_count - 1 : 0, rim = 1 + rng_u32(&rng) % 1000;
             Vec3 o = vec3_at(centre, 0.3, random_vector(&rng)), target = mesh->position[pole];
             if (i % 4 == 3) target = vec3_at(target, rng_double(&rng), vec3_sub(mesh->position[rim], target));
