@@ -204,7 +204,8 @@ WIDE static void face_viewers(Points *s)
     uint64_t odd = 0;
     for (uint32_t i = 0; i < count; i++) {
         Vec3 n = get(&s->ng, i), d = get(&s->d, i);
-        odd |= is_usual(vec3_dot(n, n)) & is_usual(vec3_dot(d, d)) ? 0 : 1;
+        unsigned usual_n = is_usual(vec3_dot(n, n)), usual_d = is_usual(vec3_dot(d, d));
+        odd |= (usual_n & usual_d) ^ 1;
     }
     if (odd)
         for (uint32_t i = 0; i < count; i++) face_viewer(s, i, false);
@@ -265,7 +266,8 @@ WIDE static void light_points(const Light *given, const Points *restrict s, Ligh
     for (uint32_t i = 0; i < n; i++) {
         Vec3 to_light = vec3_sub(light.position, get(&s->p, i));
         double squares = vec3_dot(to_light, to_light);
-        odd |= (squares > 2 * NEAREST_USUAL * NEAREST_USUAL) & (squares < FARTHEST_USUAL * FARTHEST_USUAL / 2) ? 0 : 1;
+        unsigned far = squares > 2 * NEAREST_USUAL * NEAREST_USUAL, near = squares < FARTHEST_USUAL * FARTHEST_USUAL / 2;
+        odd |= (far & near) ^ 1;
     }
     if (odd)
         for (uint32_t i = 0; i < n; i++) light_point(&light, reach, s, lit, i, false);
