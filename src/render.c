@@ -89,7 +89,7 @@ static double replicate_error(const TileFilm *film, uint32_t pixel, uint32_t sam
     return sum / 3 * share;
 }
 
-/* How far each pixel's sum is from those of its neighbours in the tile, left, right, above and below, squared and summed. */
+/* How far each pixel's sum is from those of its four neighbours in the tile, squared and summed. */
 static void find_contrasts(const TileFilm *film, const TileRect *r, double contrast[TILE_PIXELS])
 {
     uint32_t width = r->x1 - r->x0, height = r->y1 - r->y0;

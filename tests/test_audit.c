@@ -9,6 +9,7 @@
 
 #include "common/rng.h"
 #include "render/audit.h"
+#include "render/sample.h"
 
 enum { WIDTH = 75, HEIGHT = 50, PIXELS = WIDTH * HEIGHT };
 
@@ -141,6 +142,35 @@ static void roots_of_what_is_near_0(void **state)
     assert_true(isnan(root_estimate((MeanSquare){NAN, NAN}, 0.05).high));
 }
 
+/* Half-planes x + s y < p sampled by two replicates: what the mean of all samples has of the squared difference. The doubt
+ * and 5 % for chance are granted. */
+static void splits_have_their_share(void **state)
+{
+    (void)state;
+    enum { TRIALS = 20000, ROWS = 256 };
+    const uint32_t sizes[][2] = {{1, 1}, {2, 1}, {5, 4}, {13, 12}, {8, 8}};
+    for (int i = 0; i < 5; i++) {
+        double squares = 0, differences = 0, n[2] = {sizes[i][0], sizes[i][1]};
+        Rng rng = rng_seed(11, (uint64_t)i);
+        for (uint32_t t = 0; t < TRIALS; t++) {
+            double s = rng_double(&rng), p = (1 + s) * rng_double(&rng), area = 0, hits[2] = {0, 0};
+            for (int y = 0; y < ROWS; y++) area += fmin(1, fmax(0, p - s * (y + 0.5) / ROWS)) / ROWS;
+            for (uint32_t r = 0; r < 2; r++)
+                for (uint32_t k = 0; k < sizes[i][r]; k++) {
+                    Sample2 at = sample_place(sample_key(3, t, 0, r), k);
+                    hits[r] += at.x + s * at.y < p;
+                }
+            double error = (hits[0] + hits[1]) / (n[0] + n[1]) - area, d = hits[0] / n[0] - hits[1] / n[1];
+            squares += error * error;
+            differences += d * d;
+        }
+        ReplicateSplit split = replicate_split(sizes[i][0], sizes[i][1]);
+        if (sizes[i][0] == sizes[i][1]) assert_true(split.share == 0.25 && split.doubt == 0);
+        double off = squares / differences / split.share - 1;
+        if (fabs(off) > split.doubt + 0.05) fail_msg("%g + %g samples: off by %g", n[0], n[1], off);
+    }
+}
+
 static void contradictions_leave_the_audit(void **state)
 {
     (void)state;
@@ -170,6 +200,7 @@ int main(void)
         cmocka_unit_test(intervals_hold_the_truth),
         cmocka_unit_test(quantiles_are_normal),
         cmocka_unit_test(roots_of_what_is_near_0),
+        cmocka_unit_test(splits_have_their_share),
         cmocka_unit_test(contradictions_leave_the_audit),
         cmocka_unit_test(what_was_not_seen_is_bounded),
     };

@@ -184,7 +184,7 @@ MeanSquare replicate_mean_square(const TileError *sum, uint64_t pixels, double d
     return (MeanSquare){mean, hypot(sqrt(PRODUCT_SHARE * sum->squares) / n, doubt * mean)};
 }
 
-/* The sum of n samples of a (0,2)-sequence, in samples' variances, if the mean of 2^k samples has 2^(-rate k): it is that of
+/* The sum of n samples of a (0,2)-sequence, in variances of one, if the mean of 2^k has 2^(-rate k): it is that of
  * blocks of 2^k, one for each binary digit of n, each stratified in itself. */
 static double variance_of_sum(uint32_t n, double rate)
 {
