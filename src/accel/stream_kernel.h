@@ -1015,35 +1015,31 @@ static inline void prefetch_child(const Bvh *bvh, const MeshBlock *block, uint32
 /* A subtree or leaf that waits for its turn, with the rays that meet it. */
 typedef struct { uint64_t rays; float entry; uint32_t child; } PacketTask;
 
-/* The first and the last end of the rays. */
-static inline __attribute__((always_inline)) void packet_ends(const Space *s, uint64_t rays, PacketSpan *span)
+/* The least and the greatest of the rays' numbers. */
+static inline __attribute__((always_inline)) void packet_range(const float *column, uint64_t rays, float *least,
+                                                               float *most)
 {
-    Lanes least = lanes_set(INFINITY), most = lanes_set(-INFINITY);
+    Lanes low = lanes_set(INFINITY), high = lanes_set(-INFINITY);
     for (uint32_t at = 0; at < GROUP; at += LANES) {
         uint32_t bits = (uint32_t)(rays >> at) & LANE_BITS;
         if (!bits) continue;
         Mask m = mask_of(bits);
-        Lanes tmax = at_lane(s->tmax, at);
-        least = lanes_min(least, lanes_pick(m, tmax, least));
-        most = lanes_max(most, lanes_pick(m, tmax, most));
+        Lanes x = at_lane(column, at);
+        low = lanes_min(low, lanes_pick(m, x, low));
+        high = lanes_max(high, lanes_pick(m, x, high));
     }
-    span->tmax_first = lanes_least(least);
-    span->tmax = lanes_greatest(most);
+    *least = lanes_least(low);
+    *most = lanes_greatest(high);
+}
+
+static inline __attribute__((always_inline)) void packet_ends(const Space *s, uint64_t rays, PacketSpan *span)
+{
+    packet_range(s->tmax, rays, &span->tmax_first, &span->tmax);
 }
 
 static inline __attribute__((always_inline)) void packet_starts(const Space *s, uint64_t rays, PacketSpan *span)
 {
-    Lanes least = lanes_set(INFINITY), most = lanes_set(-INFINITY);
-    for (uint32_t at = 0; at < GROUP; at += LANES) {
-        uint32_t bits = (uint32_t)(rays >> at) & LANE_BITS;
-        if (!bits) continue;
-        Mask m = mask_of(bits);
-        Lanes tmin = at_lane(s->tmin, at);
-        least = lanes_min(least, lanes_pick(m, tmin, least));
-        most = lanes_max(most, lanes_pick(m, tmin, most));
-    }
-    span->tmin = lanes_least(least);
-    span->tmin_last = lanes_greatest(most);
+    packet_range(s->tmin, rays, &span->tmin, &span->tmin_last);
 }
 
 /* Visits the leaves that rays of a packet (of one octant) meet, roughly nearer ones first; few rays go on alone. */
