@@ -172,10 +172,7 @@ static bool is_along(const Ray *ray)
 
 static bool occluded(const Prim *prim, const Ray *ray, Scratch *scratch)
 {
-    Hit hit;
-    bool blocked;
-    if (convex_guess_decides(&SHAPE, ray, &blocked)) return blocked;
-    return intersect(prim, ray, &hit, scratch);
+    return convex_occluded(&SHAPE, prim, ray, scratch);
 }
 
 static bool segments(const Prim *prim, const Ray *ray, SegList *list)

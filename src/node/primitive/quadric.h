@@ -242,6 +242,16 @@ __attribute__((always_inline)) static inline bool convex_guess_decides(const Con
     return *blocked;
 }
 
+/* The solid's `occluded`: the guess if it decides, and otherwise the table's intersect. */
+__attribute__((always_inline)) static inline bool convex_occluded(const Convex *shape, const Prim *prim, const Ray *ray,
+                                                                  Scratch *scratch)
+{
+    Hit hit;
+    bool blocked;
+    if (convex_guess_decides(shape, ray, &blocked)) return blocked;
+    return prim->ops->intersect(prim, ray, &hit, scratch);
+}
+
 __attribute__((always_inline)) static inline bool convex_segments(const Convex *shape, const Prim *prim, const Ray *ray,
                                                                   SegList *list)
 {

@@ -77,11 +77,7 @@ static bool intersect(const Prim *prim, const Ray *ray, Hit *hit, Scratch *scrat
 
 static bool occluded(const Prim *prim, const Ray *ray, Scratch *scratch)
 {
-    Hit hit;
-    bool blocked;
-    if (quadric_departs(ray, SIGNS, -1)) return false;
-    if (convex_guess_decides(&SHAPE, ray, &blocked)) return blocked;
-    return intersect(prim, ray, &hit, scratch);
+    return !quadric_departs(ray, SIGNS, -1) && convex_occluded(&SHAPE, prim, ray, scratch);
 }
 
 static bool segments(const Prim *prim, const Ray *ray, SegList *list)
